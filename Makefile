@@ -1,0 +1,44 @@
+# All set-up happens here: `make demo` and `make test` work on a fresh clone with git, python3 (3.11 or newer) and make.
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.ready
+
+.PHONY: demo test lint format bench accuracy lock clean
+
+demo: $(STAMP)
+	$(BIN)/bematist demo -o demo
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+format: $(STAMP)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(STAMP)
+	$(BIN)/python benchmarks/run.py
+
+# docs/accuracy.md: every recording at hand, by every method
+accuracy: $(STAMP)
+	$(BIN)/python benchmarks/accuracy.py
+
+$(STAMP): pyproject.toml requirements.lock
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "bematist needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	$(BIN)/python -m bematist.kernels
+	touch $(STAMP)
+
+# Write requirements.lock anew from pyproject.toml (needs uv)
+lock:
+	uv pip compile --universal --python-version 3.11 --group dev pyproject.toml -o requirements.lock --no-header --quiet
+
+clean:
+	rm -rf .venv demo dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

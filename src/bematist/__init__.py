@@ -1,0 +1,79 @@
+"""bematist: from a recording of a body-worn inertial sensor to the path its wearer walked, and how sure it is.
+
+Conventions, everywhere inside and in every public array:
+
+- Navigation frame `n`: local level **ENU** (x East, y North, z Up). Body frame `b`: the sensor's own right-handed axes.
+- Attitude: Hamilton quaternion, scalar first (w, x, y, z), body → navigation: `v_n = C_nb @ v_b`.
+- Euler angles z-y-x in rad; `yaw` counter-clockwise from East; `heading_deg` clockwise from North.
+- Specific force is what an accelerometer reads, m/s²: a level sensor at rest reads +g on its upward axis.
+- Angular rate rad/s, magnetic flux density µT, pressure Pa, time s from the start of the recording.
+- measured = true + bias + noise; an error is estimate − reference. The attitude error is a rotation vector in `n`:
+  `C_est = exp([psi ×]) C_true`.
+
+References (equation numbers in the docstrings are theirs; where a print is wrong the docstring says so):
+
+- MAGINAV: K. Papafotis, P. P. Sotiriadis, "MAGINAV: Long-Term Accurate Navigation Algorithm Using Inertial and Magnetic Field
+  Sensor Fusion", IEEE Access 11, 2023, doi:10.1109/ACCESS.2023.3331656.
+- Li & Wang: X. Li, Y. Wang, "Evaluation of AHRS algorithms for foot-mounted inertial-based indoor navigation systems",
+  Open Geosciences 11, 2019, doi:10.1515/geo-2019-0005.
+- Skog: I. Skog et al., "Zero-Velocity Detection - An Algorithm Evaluation", IEEE Trans. Biomed. Eng. 57, 2010.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from bematist.errors import BematistError, DataError, UsageError
+    from bematist.evaluate import evaluate
+    from bematist.foot import FootIns, FootParameters
+    from bematist.io import read, read_reference
+    from bematist.methods import METHODS, track
+    from bematist.recording import Recording, Reference
+    from bematist.trajectory import Trajectory
+
+_HOME = {
+    "BematistError": "errors",
+    "DataError": "errors",
+    "UsageError": "errors",
+    "evaluate": "evaluate",
+    "FootIns": "foot",
+    "FootParameters": "foot",
+    "read": "io",
+    "read_reference": "io",
+    "METHODS": "methods",
+    "track": "methods",
+    "Recording": "recording",
+    "Reference": "recording",
+    "Trajectory": "trajectory",
+}
+
+__all__ = [
+    "METHODS",
+    "BematistError",
+    "DataError",
+    "FootIns",
+    "FootParameters",
+    "Recording",
+    "Reference",
+    "Trajectory",
+    "UsageError",
+    "evaluate",
+    "read",
+    "read_reference",
+    "track",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # Public names load on first use, so that `bematist --help` need not import numpy, numba and polars.
+    if name in _HOME:
+        return getattr(importlib.import_module(f"bematist.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'bematist' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

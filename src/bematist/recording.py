@@ -1,0 +1,146 @@
+"""What a sensor recorded: every reader returns a `Recording`, every estimator takes one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bematist.errors import DataError
+
+Array = NDArray[np.float64]
+
+SAMPLE_COLUMNS = ("time", "fx", "fy", "fz", "wx", "wy", "wz", "mx", "my", "mz")
+"""Columns of a sample row, the form in which estimators take data (`Recording.samples`)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reference:
+    """What is known of the true path: at instants, or at the footfalls of one shoe.
+
+    Attributes
+    ----------
+    time : (K,) s on the recording's clock; NaN where only the footfall is known.
+    position : (K,3) m, up NaN where only the plan is known.
+    attitude : (K,4) wxyz or None.
+    footfall : (K,) index of the stance phase each row belongs to (0 the initial stance), or None.
+    mirrored : whether the reference axes may be left-handed, so that alignment may mirror them.
+    note : where it comes from, and in what frame.
+    """
+
+    time: Array
+    position: Array
+    attitude: Array | None = None
+    footfall: NDArray[np.int64] | None = None
+    mirrored: bool = False
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recording:
+    """Samples of a body-worn sensor, each sensor on its own clock, in SI units and µT, in the sensor's own axes.
+
+    A row of `specific_force` or `angular_rate` that is NaN means "no sample of that sensor at this time", so the two may
+    run at different rates on one time axis. Nothing is resampled.
+
+    Attributes
+    ----------
+    time : (N,) s from the start of the recording, strictly increasing.
+    specific_force : (N,3) m/s²; a level sensor at rest reads +g up.
+    angular_rate : (N,3) rad/s.
+    magnetic_time : (M,) s on the same time base, strictly increasing; empty without a magnetometer.
+    magnetic_flux_density : (M,3) µT.
+    pressure_time, pressure : (L,) s, Pa.
+    reference : the true path, where the recording came with it.
+    start_ns : UNIX time of `time` 0 in ns, or None.
+    source : where the recording came from, for messages.
+    notes : facts that `info` shows: units and why, the clock and why.
+    warnings : what is suspicious; travels into `summary.json` and the report.
+
+    Raises
+    ------
+    DataError
+        The arrays do not fit together, or a clock does not increase.
+    """
+
+    time: Array
+    specific_force: Array
+    angular_rate: Array
+    magnetic_time: Array = field(default_factory=lambda: np.empty(0))
+    magnetic_flux_density: Array = field(default_factory=lambda: np.empty((0, 3)))
+    pressure_time: Array = field(default_factory=lambda: np.empty(0))
+    pressure: Array = field(default_factory=lambda: np.empty(0))
+    reference: Reference | None = None
+    start_ns: int | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for times, values, width in (
+            ("time", "specific_force", 3),
+            ("time", "angular_rate", 3),
+            ("magnetic_time", "magnetic_flux_density", 3),
+            ("pressure_time", "pressure", 0),
+        ):
+            t = np.ascontiguousarray(getattr(self, times), float)
+            v = np.ascontiguousarray(getattr(self, values), float)
+            shape = (len(t), width) if width else (len(t),)
+            if t.ndim != 1 or v.shape != shape:
+                raise DataError(
+                    f"{self.source or 'The recording'}: {values} has shape {v.shape} where {times} asks for {shape}. "
+                    "Give one row for each instant and three columns for a vector."
+                )
+            bad = np.flatnonzero(~(np.diff(t) > 0)) if np.isfinite(t).all() else np.flatnonzero(~np.isfinite(t)) - 1
+            if len(bad):
+                raise DataError(
+                    f"{self.source or 'The recording'}: {times} is not finite and increasing at row {bad[0] + 1}. "
+                    "Sort the rows and drop the repeated ones, or read the file with bematist.read, which repairs clocks."
+                )
+            object.__setattr__(self, times, t)
+            object.__setattr__(self, values, v)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
+
+    @property
+    def rate_hz(self) -> float:
+        """Rate of the inertial samples, from the median step (NaN with fewer than two samples)."""
+        return float(1 / np.median(np.diff(self.time))) if len(self.time) > 1 else float("nan")
+
+    @property
+    def has_magnetometer(self) -> bool:
+        return len(self.magnetic_time) > 0
+
+    def samples(self) -> Array:
+        """The recording as sample rows (N,10), `SAMPLE_COLUMNS`.
+
+        A magnetometer sample stands once, in the first inertial row at or after its own time, and NaN elsewhere; where two fall into
+        one step, the later stands.
+        """
+        rows = np.full((len(self), 10), np.nan)
+        rows[:, 0] = self.time
+        rows[:, 1:4] = self.specific_force
+        rows[:, 4:7] = self.angular_rate
+        if self.has_magnetometer:
+            # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
+            k = np.searchsorted(self.time, self.magnetic_time - 1e-6)
+            inside = (k < len(self)) & np.isfinite(self.magnetic_flux_density).all(1)
+            rows[k[inside], 7:10] = self.magnetic_flux_density[inside]
+        return rows
+
+    def chunks(self, n: int) -> Iterator[Array]:
+        """Sample rows in consecutive chunks of n."""
+        rows = self.samples()
+        for start in range(0, len(rows), n):
+            yield rows[start : start + n]
+
+    def replace(self, **changes: ArrayLike | object) -> Recording:
+        """A copy with some fields changed."""
+        return replace(self, **changes)  # pyright: ignore[reportArgumentType]

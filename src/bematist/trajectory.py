@@ -1,0 +1,138 @@
+"""What an estimator says: the path, how sure it is, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import polars as pl
+
+    from bematist.recording import Reference
+
+Array = NDArray[np.float64]
+
+COLUMNS = tuple("time,east,north,up,ve,vn,vu,qw,qx,qy,qz,sd_east,sd_north,sd_up,stance".split(","))
+"""Columns of `trajectory.csv`: a contract."""
+
+PACKED = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Where the entry (i, j) of a symmetric 3x3 matrix stands in its packed upper triangle (xx, xy, xz, yy, yz, zz)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trajectory:
+    """A path with its uncertainty, one row per inertial sample, in ENU.
+
+    Attributes
+    ----------
+    time : (N,) s.
+    position : (N,3) m, from where the recording began.
+    velocity : (N,3) m/s.
+    attitude : (N,4) wxyz, body → navigation.
+    stance : (N,) uint8, 1 where the foot was taken to stand.
+    packed_covariance : (N,18) upper triangles (xx xy xz yy yz zz) of the position (m²), velocity (m²/s²) and attitude (rad²,
+        rotation vector in the navigation frame) covariances.
+    diagnostics : arrays of N rows (or their own length, see the method's documentation) that explain the decisions.
+    method, parameters : what was run; `parameters` is the full set that was used.
+    warnings : what is suspicious about data or result.
+    processing_s : seconds of processing, reading not counted.
+    """
+
+    time: Array
+    position: Array
+    velocity: Array
+    attitude: Array
+    stance: NDArray[np.uint8]
+    packed_covariance: Array
+    diagnostics: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    method: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    processing_s: float = float("nan")
+    source: str = ""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the position (N,3,3), m²."""
+        return self.packed_covariance[:, PACKED]
+
+    @property
+    def velocity_covariance(self) -> Array:
+        """Covariance of the velocity (N,3,3), m²/s²."""
+        return self.packed_covariance[:, PACKED + 6]
+
+    @property
+    def attitude_covariance(self) -> Array:
+        """Covariance of the attitude error, a rotation vector in the navigation frame (N,3,3), rad²."""
+        return self.packed_covariance[:, PACKED + 12]
+
+    @property
+    def position_sd(self) -> Array:
+        """Standard deviations of east, north, up (N,3), m."""
+        return np.sqrt(self.packed_covariance[:, [0, 3, 5]])
+
+    @property
+    def euler(self) -> Array:
+        """Roll, pitch, yaw (N,3), rad."""
+        from bematist.frames import euler_from_quaternion
+
+        return euler_from_quaternion(self.attitude)
+
+    @property
+    def distance_m(self) -> float:
+        """Length of the path in three dimensions, from stance to stance (see `stance_intervals`)."""
+        return float(np.linalg.norm(np.diff(self.waypoints(), axis=0), axis=1).sum()) if len(self) else 0.0
+
+    def stance_intervals(self) -> NDArray[np.int64]:
+        """First and one-past-last sample of every stance phase (S,2)."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], self.stance, [0]]).astype(np.int8)))
+        return edges.reshape(-1, 2)
+
+    def waypoints(self) -> Array:
+        """Start, the middle of every stance phase, and end (W,3), m: the path as footfalls, free of the foot's own arcs."""
+        middle = self.stance_intervals().sum(1) // 2
+        return self.position[np.unique(np.concatenate([[0], middle, [len(self) - 1]]))]
+
+    def summary(self) -> dict[str, Any]:
+        """The content of `summary.json`: a contract."""
+        from bematist import __version__
+
+        closure = float(np.linalg.norm(self.position[-1] - self.position[0]))
+        distance = self.distance_m
+        return {
+            "method": self.method,
+            "source": self.source,
+            "duration_s": float(self.time[-1] - self.time[0]),
+            "samples": len(self),
+            "distance_m": distance,
+            "closure_m": closure,
+            "closure_percent": 100 * closure / distance if distance > 0 else None,
+            "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
+            "stance_fraction": float(self.stance.mean()),
+            "position_sd_m": [float(s) for s in self.position_sd[-1]],
+            "processing_s": self.processing_s,
+            "warnings": list(self.warnings),
+            "version": __version__,
+        }
+
+    def to_polars(self) -> pl.DataFrame:
+        """The columns of `trajectory.csv` as a table."""
+        import polars as pl
+
+        values = [self.time, *self.position.T, *self.velocity.T, *self.attitude.T, *self.position_sd.T, self.stance]
+        return pl.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+
+    def report(self, path: str | Path, reference: Reference | None = None) -> None:
+        """Write one self-contained HTML page about this trajectory."""
+        from bematist.report import write_report
+
+        write_report([self], path, reference=reference)
