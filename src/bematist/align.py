@@ -1,0 +1,232 @@
+"""Initial alignment: where the foot rests, which way is up, which way is north, and what the gyroscope reads at rest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from bematist.errors import DataError
+from bematist.frames import (
+    conjugate,
+    matrix_from_quaternion,
+    multiply,
+    quaternion_from_matrix,
+    quaternion_from_rotation_vector,
+    yaw_from_heading_deg,
+)
+from bematist.parameters import Parameters
+from bematist.stance import StanceParameters, detect
+
+Array = NDArray[np.float64]
+
+
+class InitialParameters(Parameters):
+    """The rest at the start: its average levels the sensor, gives the gyroscope's offset and the undisturbed field."""
+
+    longest_s: float = Field(
+        10.0, gt=0, description="At most this much of the start is looked at, s; a live filter answers from then on."
+    )
+    shortest_s: float = Field(0.3, gt=0, description="A shorter rest, s, is not averaged for the gyroscope's offset.")
+    rest_statistic: float = Field(
+        5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
+    )
+    tilt_sd: float = Field(math.radians(1.0), ge=0, description="Tilt after levelling on a rest, rad.")
+    sway: float = Field(
+        math.radians(0.3),
+        ge=0,
+        description="How far a standing foot turns, rad: over a rest of T seconds the gyroscope's offset is known to this over T.",
+    )
+    accel_bias_sd: float = Field(0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
+    gyro_bias_sd: float = Field(math.radians(1.0), ge=0, description="Gyroscope offset before the rest, rad/s.")
+    heading_deg: float | None = Field(
+        None,
+        description="Heading of the sensor's x axis at the start, degrees clockwise from North; none: see `earth_field`.",
+    )
+    earth_field: tuple[float, float, float] | None = Field(
+        None,
+        description="Earth's field, µT, East, North, Up: with it and a magnetometer the start is aligned to North by TRIAD. Without it and "
+        "without `heading_deg` the sensor's x axis starts along East.",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """The state at the first sample.
+
+    attitude (4,) wxyz at the first sample; gyro_bias (3,) rad/s with gyro_bias_sd; tilt_sd rad; velocity_sd m/s; rest: first and
+    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; warnings.
+    """
+
+    attitude: Array
+    gyro_bias: Array
+    gyro_bias_sd: float
+    tilt_sd: float
+    velocity_sd: float
+    rest: tuple[int, int]
+    field: Array | None
+    warnings: tuple[str, ...]
+
+
+def level(specific_force: Array) -> Array:
+    """Attitude (4,) whose up is along the mean specific force (3,) and whose x axis points East in plan.
+
+    Where x stands upright within 20 degrees, y points North instead.
+    """
+    up = specific_force / np.linalg.norm(specific_force)
+    axis = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < math.cos(math.radians(20)) else None
+    if axis is not None:
+        east = axis - up * (axis @ up)
+        east /= np.linalg.norm(east)
+        north = np.cross(up, east)
+    else:
+        axis = np.array([0.0, 1.0, 0.0])
+        north = axis - up * (axis @ up)
+        north /= np.linalg.norm(north)
+        east = np.cross(north, up)
+    return quaternion_from_matrix(np.stack([east, north, up]))
+
+
+def triad(a1: Array, b1: Array, a2: Array, b2: Array) -> Array:
+    """Rotation R (3,3) with a2 = R a1 exactly and b2 = R b1 as nearly as a1 allows; vectors (3,) of any length.
+
+    MAGINAV eq 10 and Appendix A (erratum: the inputs must be unit vectors).
+
+    Raises
+    ------
+    DataError
+        The two vectors of a pair are parallel.
+    """
+
+    def base(a: Array, b: Array) -> Array:
+        a = a / np.linalg.norm(a)
+        n = np.cross(a, b)
+        length = float(np.linalg.norm(n))
+        if not length > 1e-9 * float(np.linalg.norm(b)):
+            raise DataError(
+                "TRIAD needs two directions, but the magnetic field is parallel to gravity here (or zero). Give the heading instead."
+            )
+        n = n / length
+        return np.stack([a, n, np.cross(a, n)], 1)
+
+    return base(a2, b2) @ base(a1, b1).T
+
+
+def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float) -> tuple[int, int, bool]:
+    """First and one-past-last row of the first long enough rest, and whether it is one; else the quietest tenth of a second."""
+    statistic = detect(rows, StanceParameters(window_s=0.1), rate_hz, gravity=gravity)[:, 0]
+    still = statistic < parameters.rest_statistic
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
+    long_enough = rows[edges[:, 1] - 1, 0] - rows[edges[:, 0], 0] >= parameters.shortest_s
+    if long_enough.any():
+        first, last = edges[np.argmax(long_enough)]
+        # The window reaches over the edge of the rest by half its length.
+        half = StanceParameters(window_s=0.1).window_samples(rate_hz) // 2
+        if last < len(rows) and last - first > 4 * half:
+            last -= half
+        return int(first), int(last), True
+    n = max(1, round(0.1 * rate_hz))
+    finite = np.where(np.isfinite(statistic), statistic, 1e12)
+    sums = np.convolve(finite, np.ones(min(n, len(finite))), "valid")
+    first = int(np.argmin(sums))
+    return first, min(first + n, len(rows)), False
+
+
+def initial_alignment(
+    rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float
+) -> Alignment:
+    """Level, aim and calibrate on the rest at the start of sample rows (K,10), the first `longest_s` of a recording.
+
+    A recording that begins in motion is levelled on its quietest tenth of a second, and turned back from there by the gyroscope.
+
+    Raises
+    ------
+    DataError
+        There is no sample with both specific force and angular rate, or the specific force is zero.
+    """
+    first, last, resting = rest_interval(rows, parameters, rate_hz, gravity)
+    f, w = rows[first:last, 1:4], rows[first:last, 4:7]
+    f, w = f[np.isfinite(f).all(1)], w[np.isfinite(w).all(1)]
+    if not len(f) or not len(w):
+        raise DataError(
+            "No specific force or no angular rate in the first seconds: without both the start cannot be levelled. Cut the recording to "
+            "where both sensors work."
+        )
+    up = f.mean(0)
+    if not np.linalg.norm(up) > 0.1:
+        raise DataError(
+            "The specific force is zero at the start, so there is no direction of gravity. A sensor at rest reads 9.8 m/s²: check that the "
+            "columns are the accelerometer's and that gravity was not taken out."
+        )
+    duration = float(rows[last - 1, 0] - rows[first, 0])
+    warnings: list[str] = []
+    prior = parameters.gyro_bias_sd**2
+    bias, variance = np.zeros(3), prior
+    if resting:
+        measured = angle_random_walk**2 / duration + (parameters.sway / duration) ** 2
+        gain = prior / (prior + measured) if prior > 0 else 0.0
+        bias, variance = gain * w.mean(0), (1 - gain) * prior
+        if rows[first, 0] - rows[0, 0] > 0.5:
+            warnings.append(
+                f"The recording begins in motion; the first rest, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start."
+            )
+    else:
+        warnings.append(
+            f"No rest of {parameters.shortest_s:g} s in the first {rows[-1, 0] - rows[0, 0]:.1f} s: the start was levelled on the "
+            "quietest moment and the gyroscope's offset is unknown. Stand still for a few seconds before walking."
+        )
+    attitude = level(up)
+    field = _mean_field(rows[first:last], matrix_from_quaternion(attitude))
+    attitude, turn = _aim(attitude, up, field, parameters, warnings)
+    field = turn @ field if field is not None else None
+    moving_start = first > 0 and (not resting or rows[first, 0] - rows[0, 0] > 0.1)
+    return Alignment(
+        attitude=_turn_back(attitude, rows[: first + 1], bias),
+        gyro_bias=bias,
+        gyro_bias_sd=math.sqrt(variance),
+        tilt_sd=parameters.tilt_sd * (1.0 if resting else 3.0),
+        velocity_sd=1.5 if moving_start else 0.0,
+        rest=(first, last),
+        field=field,
+        warnings=tuple(warnings),
+    )
+
+
+def _mean_field(rows: Array, C: Array) -> Array | None:
+    """Mean magnetic field over a rest, turned by C (3,3); None without a sample."""
+    m = rows[:, 7:10]
+    m = m[np.isfinite(m).all(1)]
+    return C @ m.mean(0) if len(m) else None
+
+
+def _aim(
+    attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]
+) -> tuple[Array, Array]:
+    """Give a levelled attitude its heading; also the turn about up (3,3) that did it."""
+    yaw = 0.0
+    if parameters.heading_deg is not None:
+        yaw = float(yaw_from_heading_deg(parameters.heading_deg))
+    elif parameters.earth_field is not None:
+        if field is None:
+            warnings.append(
+                "Earth's field was given but the magnetometer has no sample in the first rest: the heading starts at East."
+            )
+        else:
+            C = matrix_from_quaternion(attitude)
+            aimed = triad(up, C.T @ field, np.array([0.0, 0.0, 1.0]), np.array(parameters.earth_field))
+            turn = aimed @ C.T
+            yaw = math.atan2(turn[1, 0], turn[0, 0])
+    q = quaternion_from_rotation_vector(np.array([0.0, 0.0, yaw]))
+    return multiply(q, attitude), matrix_from_quaternion(q)
+
+
+def _turn_back(attitude: Array, rows: Array, bias: Array) -> Array:
+    """Attitude at the first of rows (K,10) from the attitude at the last, by the gyroscope."""
+    w = rows[1:, 4:7] - bias
+    angles = np.where(np.isfinite(w), w, 0.0) * np.diff(rows[:, 0])[:, None]
+    for q in quaternion_from_rotation_vector(angles)[::-1]:
+        attitude = multiply(attitude, conjugate(q))
+    return attitude / np.linalg.norm(attitude)

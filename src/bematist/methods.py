@@ -1,0 +1,91 @@
+"""The table of named methods: each a documented set of parameters of one estimator."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bematist.errors import UsageError
+from bematist.foot import FootIns, FootParameters
+from bematist.recording import Recording
+from bematist.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method: what it is called, where it comes from, what it is good for, and its parameters."""
+
+    name: str
+    summary: str
+    paper: str
+    equations: str
+    parameters: FootParameters
+
+
+def _foot(**changes: Any) -> FootParameters:
+    return FootParameters().override(changes)
+
+
+METHODS: dict[str, Method] = {
+    m.name: m
+    for m in (
+        Method(
+            "foot",
+            "The default for a shoe: zero velocity believed by how quiet the stance is, walking and running alike.",
+            "bematist",
+            "MAGINAV 1-3, 7, 14-24; noise following the stance statistic",
+            _foot(stance={"rule": "relative"}, zero_velocity={"sd": 0.01}),
+        ),
+        Method(
+            "zupt",
+            "Zero-velocity updates only, one threshold for walking: what most of the field runs.",
+            "Papafotis & Sotiriadis 2023 (MAGINAV), Skog et al. 2010",
+            "1-3, 6-9, 14-24",
+            _foot(),
+        ),
+        Method(
+            "maginav",
+            "Zero-velocity updates, and the attitude replaced by TRIAD in stance where the magnetic field is undisturbed: outdoors.",
+            "Papafotis & Sotiriadis 2023 (MAGINAV)",
+            "1-25 and Table 2, corrected",
+            _foot(magnetic={"use": "reset"}),
+        ),
+    )
+}
+
+
+def find_method(name: str) -> Method:
+    """The method of that name; UsageError names the nearest ones."""
+    if name not in METHODS:
+        near = difflib.get_close_matches(name, METHODS, n=1)
+        hint = f"Did you mean {near[0]}?" if near else ""
+        raise UsageError(f"There is no method {name!r}. {hint} Known are: {', '.join(METHODS)}.".replace("  ", " "))
+    return METHODS[name]
+
+
+def track(
+    recording: Recording,
+    method: str = "foot",
+    *,
+    config: Mapping[str, Any] | None = None,
+    chunk: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **overrides: Any,
+) -> Trajectory:
+    """The path of a recording by a named method.
+
+    config and overrides change parameters of the method, nested: `track(r, "zupt", stance={"threshold": 200})`. chunk feeds that many
+    samples at a time (the result is the same to the bit). progress is called with samples done and of all.
+
+    Raises
+    ------
+    UsageError
+        The method or a parameter is unknown.
+    DataError
+        The recording cannot be processed.
+    """
+    m = find_method(method)
+    parameters = m.parameters.override(config or {}).override(overrides)
+    return FootIns(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)

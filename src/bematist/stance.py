@@ -1,0 +1,185 @@
+"""Stance detectors: when does the foot stand, and how much is a standing foot to be believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from bematist.earth import STANDARD_GRAVITY
+from bematist.kernels import stance as kernel
+from bematist.parameters import Parameters
+from bematist.recording import Recording
+
+Array = NDArray[np.float64]
+
+DETECTORS = {
+    "shoe": kernel.SHOE,
+    "ared": kernel.ARED,
+    "amvd": kernel.AMVD,
+    "amag": kernel.AMAG,
+    "gyro": kernel.GYRO_NORM,
+}
+RULES = {"absolute": kernel.ABSOLUTE, "relative": kernel.RELATIVE}
+
+DEFAULT_THRESHOLDS = {"shoe": 100.0, "ared": 60.0, "amvd": 2.0, "amag": 2.0, "gyro": 0.6}
+"""A threshold for walking, one per detector; the statistic of `gyro` is in rad/s, the others have no unit."""
+
+
+class StanceParameters(Parameters):
+    """How the stance phase is found. Window and look-ahead are in seconds, so that they mean the same at every rate."""
+
+    detector: Literal["shoe", "ared", "amvd", "amag", "gyro"] = Field(
+        "shoe",
+        description="Test statistic: shoe (MAGINAV eqs 1-2), ared (angular rate energy), amvd (moving variance of the specific force), "
+        "amag (magnitude of the specific force), gyro (rms angular rate in rad/s, Li & Wang eq 35).",
+    )
+    window_s: float = Field(
+        0.025,
+        gt=0,
+        le=5,
+        description="Window, s, centred on the judged sample; an odd number of samples. Longer is smoother and later, and cuts the "
+        "edges of the stance.",
+    )
+    accel_sd: float = Field(
+        0.3, gt=0, description="Specific force in stance, m/s² per sample. Larger: the accelerometer counts less."
+    )
+    gyro_sd: float = Field(
+        0.05235987755982989,
+        gt=0,
+        description="Angular rate in stance, rad/s per sample (3 deg/s). Larger: the gyroscope counts less.",
+    )
+    rule: Literal["absolute", "relative"] = Field(
+        "absolute",
+        description="absolute: stance where the statistic is below `threshold`. relative: below `ratio` times the least statistic "
+        "within `lookaround_s` on either side, and the noise of the zero velocity grows with the statistic.",
+    )
+    threshold: float | None = Field(
+        None,
+        gt=0,
+        description="Threshold of the absolute rule (MAGINAV eq 3); none: the detector's default for walking. Larger: more stance, a "
+        "shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
+    )
+    floor: float = Field(
+        50.0,
+        gt=0,
+        description="Relative rule: the least statistic that is told from stillness. Larger: more of a walking stance is taken.",
+    )
+    ratio: float = Field(
+        3.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least."
+    )
+    lookaround_s: float = Field(
+        0.4,
+        ge=0,
+        le=5,
+        description="Relative rule: half width, s, of the interval whose least statistic counts; about half a stride. It delays the "
+        "result by as much.",
+    )
+
+    @property
+    def limit(self) -> float:
+        """The threshold of the absolute rule."""
+        return DEFAULT_THRESHOLDS[self.detector] if self.threshold is None else self.threshold
+
+    def window_samples(self, rate_hz: float) -> int:
+        """Odd number of samples nearest to the window."""
+        return max(1, 2 * round((self.window_s * rate_hz - 1) / 2) + 1)
+
+    def lookaround_samples(self, rate_hz: float) -> int:
+        """Samples on either side whose least statistic counts."""
+        return round(self.lookaround_s * rate_hz) if self.rule == "relative" else 0
+
+    def latency_s(self, rate_hz: float) -> float:
+        """Delay between a sample and its verdict, s."""
+        return ((self.window_samples(rate_hz) - 1) // 2 + self.lookaround_samples(rate_hz)) / rate_hz
+
+
+def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int64], Array]:
+    """Empty state of the compiled detector: index (int64) and memory (float64)."""
+    window, look = parameters.window_samples(rate_hz), parameters.lookaround_samples(rate_hz)
+    capacity = window + 2 * look + 2
+    index = np.zeros(kernel.INDEX_SIZE, np.int64)
+    index[[kernel.WINDOW, kernel.LOOKAHEAD, kernel.CAPACITY]] = window, look, capacity
+    index[kernel.DETECTOR] = DETECTORS[parameters.detector]
+    index[kernel.RULE] = RULES[parameters.rule]
+    sizes = {
+        kernel.SUFFIX: kernel.CHANNELS * (window + 1),
+        kernel.BLOCK: kernel.CHANNELS * window,
+        kernel.ROWS: kernel.ROW * capacity,
+        kernel.STATISTIC: capacity,
+        kernel.DEQUE: capacity,
+    }
+    end = kernel.HEAD_SIZE
+    for place, size in sizes.items():
+        index[place] = end
+        end += size
+    index[kernel.MEMORY_SIZE] = end
+    state = np.zeros(end)
+    state[kernel.HELD : kernel.HELD + 2] = -np.inf
+    return index, state
+
+
+@dataclass(frozen=True, eq=False)
+class StanceAnalysis:
+    """Statistic, threshold and verdict of every sample of a recording."""
+
+    time: Array
+    statistic: Array
+    threshold: Array
+    stance: NDArray[np.bool_]
+    parameters: StanceParameters
+
+    @property
+    def detector(self) -> str:
+        return self.parameters.detector
+
+
+def analyse(
+    recording: Recording,
+    parameters: StanceParameters | None = None,
+    *,
+    gravity: float = STANDARD_GRAVITY,
+    gap_s: float = 0.1,
+) -> StanceAnalysis:
+    """The detector over a whole recording, without the filter.
+
+    gravity in m/s²; gap_s is how long, in s, a missing value is held.
+    """
+    parameters = parameters or StanceParameters()
+    rate = recording.rate_hz if len(recording) > 1 else 100.0
+    out = detect(recording.samples(), parameters, rate, gravity=gravity, gap_s=max(gap_s, 3 / rate))
+    return StanceAnalysis(recording.time, out[:, 0], out[:, 1], out[:, 2] > 0, parameters)
+
+
+def detect(
+    rows: Array,
+    parameters: StanceParameters,
+    rate_hz: float,
+    *,
+    gravity: float = STANDARD_GRAVITY,
+    gap_s: float = 0.1,
+    zero_velocity_sd: float = 0.01,
+) -> Array:
+    """Statistic, threshold and zero-velocity standard deviation (m/s, 0 in swing) of sample rows (N,10): (N,3)."""
+    index, state = memory(parameters, rate_hz)
+    latency = round(parameters.latency_s(rate_hz) * rate_hz)
+    out = np.empty((len(rows) + latency, 3))
+    written = kernel.detect(
+        index,
+        state,
+        rows,
+        True,
+        parameters.accel_sd**2,
+        parameters.gyro_sd**2,
+        gravity,
+        gap_s,
+        parameters.limit,
+        zero_velocity_sd,
+        parameters.floor,
+        parameters.ratio,
+        out,
+    )
+    return out[:written]
