@@ -1,0 +1,105 @@
+"""Reading recordings and references, writing recordings, trajectories and exports.
+
+Each format is one module with `sniff(head)` and `read(head)`; `FORMATS` is the table of them, in the order they are tried.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bematist.errors import DataError, UsageError
+
+if TYPE_CHECKING:
+    from bematist.clock import Mode
+    from bematist.recording import Recording
+
+
+@dataclass(frozen=True)
+class Format:
+    """A readable format: its name, the module that reads it, and what its files look like."""
+
+    name: str
+    module: str
+    summary: str
+
+    def load(self) -> Any:
+        return importlib.import_module(f"bematist.io.{self.module}")
+
+
+_TABLE = (
+    Format("canonical", "canonical", "CSV or Parquet with time,fx,fy,fz,wx,wy,wz,mx,my,mz[,pressure] in SI units and µT"),
+    Format("microstrain", "microstrain", "MicroStrain SensorConnect CSV (…:scaledAccelX …)"),
+    Format("x-io", "xio", "x-io NGIMU or x-IMU3 CSV (Gyroscope X (deg/s) …), or the folder with sensors.csv or Inertial.csv"),
+    Format("openshoe", "openshoe", "OpenShoe inertial text (Header: a_x [g]: …)"),
+    Format("pyshoe", "pyshoe", "PyShoe .mat (imu, ts, gt)"),
+)
+FORMATS: dict[str, Format] = {f.name: f for f in _TABLE}
+"""Every format that `read` knows, by name."""
+
+
+def read(
+    path: str | Path,
+    *,
+    format: str | None = None,
+    columns: str | Path | None = None,
+    axes: str | None = None,
+    units: Mapping[str, str] | None = None,
+    clock: Mode = "auto",
+) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    path : the file, or the folder of formats that write one.
+    format : a name of `FORMATS`; found from the content when not given (the file's suffix does not matter).
+    columns : a map.toml that describes any other CSV (see docs/formats.md).
+    axes : remap of the sensor axes, such as "x,-z,y": the k-th entry names the old axis that becomes the new k-th.
+    units : forces the unit of a quantity (specific_force, angular_rate, magnetic_flux_density, pressure, time).
+    clock : "auto" decides by evidence whether the stamps are true; "uniform" fits an even clock; "stamps" keeps them.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or is in no known format.
+    UsageError
+        An unknown format, unit, axis or clock.
+    """
+    from bematist.io.head import open_head
+    from bematist.io.raw import assemble
+
+    head = open_head(path)
+    if columns is not None:
+        from bematist.io.columns import read_mapped
+
+        return assemble(*read_mapped(head, Path(columns)), axes=axes, units=units, clock=clock)
+    if format is not None and format not in FORMATS:
+        raise UsageError(f'There is no format "{format}". Formats: {", ".join(FORMATS)}.')
+    chosen = FORMATS[format] if format else sniff(path)
+    return assemble(chosen.load().read(head), axes=axes, units=units, clock=clock)
+
+
+def sniff(path: str | Path) -> Format:
+    """The format of a file, from its content. Raises DataError, which names the known formats, when there is none."""
+    from bematist.io.head import open_head
+
+    head = open_head(path)
+    for candidate in FORMATS.values():
+        if candidate.load().sniff(head):
+            return candidate
+    known = "; ".join(f"{f.name}: {f.summary}" for f in FORMATS.values())
+    what = "the folder" if head.is_folder else "the file" if head.lines else "the file (it is not text)"
+    raise DataError(
+        f"{path}: {what} is in no format that bematist knows. Known are {known}. Any other CSV can be read with --columns map.toml."
+    )
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded on first use: the reader of a CSV needs neither writers nor references.
+    home = {"read_reference": "reference"}
+    if name in home:
+        return getattr(importlib.import_module(f"bematist.io.{home[name]}"), name)
+    raise AttributeError(f"module 'bematist.io' has no attribute {name!r}")

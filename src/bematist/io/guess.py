@@ -1,0 +1,160 @@
+"""Units from evidence: what gravity, human motion and the Earth's field allow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist import units
+from bematist.earth import STANDARD_GRAVITY
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 0.2
+"""How far the norm at rest may lie from gravity for a unit to be believed."""
+RATE_LIMIT = 60.0
+"""rad/s (3400 °/s): no body-worn sensor turns faster for long, and few measure more."""
+RATE_FLOOR = 0.35
+"""rad/s (20 °/s): a peak below it in a recording that moves is doubtful."""
+FIELD_UT = (5.0, 200.0)
+"""µT: what a magnetometer near people reads, iron included (the Earth alone: 22 to 67)."""
+
+
+def rest_norm(force: Array, window: int = 50) -> float:
+    """Median norm of (N,3) over the quietest tenth of windows: gravity in the file's unit."""
+    norm = np.linalg.norm(force, axis=1)
+    norm = norm[np.isfinite(norm)]
+    if not len(norm):
+        return float("nan")
+    n = len(norm) // window
+    if n < 5:
+        return float(np.median(norm))
+    pieces = norm[: n * window].reshape(n, window)
+    spread = pieces.std(1)
+    quiet = spread <= np.quantile(spread, 0.1)
+    return float(np.median(pieces[quiet]))
+
+
+def unit_of(name: str, values: Mapping[str, Array], time: Array) -> tuple[str, str]:
+    """The likeliest unit of a quantity and why. `values` holds the quantities, the accelerometer first brought to m/s²."""
+    if name == "specific_force":
+        return _force_unit(rest_norm(values[name]))
+    if name == "angular_rate":
+        return _rate_unit(values["specific_force"], values[name], time)
+    if name == "magnetic_flux_density":
+        return _field_unit(float(np.nanmedian(np.linalg.norm(values[name], axis=1))))
+    middle = float(np.nanmedian(np.abs(values[name])))
+    unit = min(units.PRESSURE, key=lambda u: abs(np.log(max(middle, 1e-12) * units.PRESSURE[u] / 1e5)))
+    return unit, f"its middle value is {middle:.4g}"
+
+
+def _force_unit(norm: float) -> tuple[str, str]:
+    if not norm > 0:
+        return "m/s^2", "there is no reading to judge by"
+    table = units.SPECIFIC_FORCE
+    unit = min(table, key=lambda u: abs(np.log(norm * table[u] / STANDARD_GRAVITY)))
+    return unit, f"the norm at rest is {norm:.4g}"
+
+
+def _rate_unit(force: Array, rate: Array, time: Array) -> tuple[str, str]:
+    """deg/s or rad/s. First by gravity, which must turn as the gyroscope says; else by the size of the peaks."""
+    peak = float(np.nanquantile(np.linalg.norm(rate, axis=1), 0.999)) if np.isfinite(rate).any() else 0.0
+    errors = {u: gravity_mismatch(force, rate * units.ANGULAR_RATE[u], time) for u in ("rad/s", "deg/s")}
+    best, other = sorted(errors, key=lambda u: errors[u])
+    if np.isfinite(errors[best]) and errors[best] < 0.4 * errors[other]:
+        return best, f"gravity turns with the gyroscope as {best} and not as {other}; peak {peak:.4g}"
+    if peak > 20 * RATE_LIMIT * 180 / np.pi:
+        return "mdeg/s", f"its peak is {peak:.4g}"
+    if peak > RATE_LIMIT:
+        return "deg/s", f"its peak is {peak:.4g}, more than anyone turns in rad/s"
+    return "rad/s", f"its peak is {peak:.4g}"
+
+
+def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
+    """Median angle (rad) between the gravity that the gyroscope predicts over a tenth of a second and the one measured.
+
+    Only instants whose norm is near gravity count, and those where the sensor tilts: NaN where there are fewer than 20.
+    """
+    good = np.isfinite(force).all(1) & np.isfinite(rate_rad_s).all(1)
+    f, w, t = force[good][:100000], rate_rad_s[good][:100000], time[good][:100000]
+    if len(t) < 100:
+        return float("nan")
+    step = float(np.median(np.diff(t)))
+    lag = max(1, round(0.1 / step)) if step > 0 else 1
+    if len(t) <= 2 * lag:
+        return float("nan")
+    norm = np.linalg.norm(f, axis=1)
+    g = rest_norm(f)
+    turn = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(t)[:, None], 0)])
+    i = np.arange(0, len(t) - lag, max(1, lag // 2))
+    j = i + lag
+    steady = (np.abs(norm[i] / g - 1) < 0.05) & (np.abs(norm[j] / g - 1) < 0.05) & (t[j] - t[i] < 0.3)
+    i, j = i[steady], j[steady]
+    if not len(i):
+        return float("nan")
+    u, v = f[i] / norm[i][:, None], f[j] / norm[j][:, None]
+    tilt = np.arccos(np.clip((u * v).sum(1), -1, 1))
+    moved = tilt > 0.1
+    if moved.sum() < 20:
+        return float("nan")
+    # A vector fixed in n turns in b against the sensor's own turn.
+    predicted = _turn(u[moved], -(turn[j[moved]] - turn[i[moved]]))
+    return float(np.median(np.arccos(np.clip((predicted * v[moved]).sum(1), -1, 1))))
+
+
+def _turn(v: Array, r: Array) -> Array:
+    """Rodrigues: vectors (N,3) turned by rotation vectors (N,3)."""
+    angle = np.linalg.norm(r, axis=1, keepdims=True)
+    k = r / np.maximum(angle, 1e-12)
+    return v * np.cos(angle) + np.cross(k, v) * np.sin(angle) + k * (k * v).sum(1, keepdims=True) * (1 - np.cos(angle))
+
+
+def _field_unit(norm: float) -> tuple[str, str]:
+    if not norm > 0:
+        return "uT", "there is no reading to judge by"
+    table = units.MAGNETIC_FLUX_DENSITY
+    unit = min(table, key=lambda u: abs(np.log(norm * table[u] / 45.0)))
+    return unit, f"the middle norm is {norm:.4g}, and the Earth's field has 20 to 70 µT"
+
+
+def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str:
+    """Why values in SI (or µT) are hard to believe; empty where they are not."""
+    if name == "specific_force":
+        norm = rest_norm(si)
+        far = norm > 0 and abs(norm / STANDARD_GRAVITY - 1) > TOLERANCE
+        return f"its norm at rest would be {norm:.4g} m/s² where gravity has 9.8" if far else ""
+    if name == "angular_rate":
+        unit, why = unit_of(name, {"specific_force": values["specific_force"], name: si}, time)
+        return "" if unit == "rad/s" else f"that does not fit the motion ({why})"
+    if name == "magnetic_flux_density":
+        norm = float(np.nanmedian(np.linalg.norm(si, axis=1)))
+        return "" if FIELD_UT[0] < norm < FIELD_UT[1] else f"its middle norm would be {norm:.4g} µT"
+    return ""
+
+
+def time_unit(stamps: Array) -> str:
+    """Unit in which the steps make a plausible rate (1 Hz to 20 kHz)."""
+    good = stamps[np.isfinite(stamps)]
+    step = np.diff(good)
+    step = step[step > 0]
+    if not len(step):
+        return "s"
+    middle = float(np.median(step))
+    return min(units.TIME, key=lambda u: abs(np.log(middle * units.TIME[u] / 0.01)))
+
+
+def doubt_time(seconds: Array) -> str:
+    good = seconds[np.isfinite(seconds)]
+    step = np.diff(good)
+    step = step[step > 0]
+    if not len(step):
+        return ""
+    middle = float(np.median(step))
+    if middle > 2.0:
+        unit = time_unit(seconds)
+        return f"The steps of time are {middle:.4g} s, too slow to follow a person. If the column is in {unit}, give --units time={unit}."
+    if middle < 2e-5:
+        return f"The steps of time are {middle:.3g} s, a rate of {1 / middle:.3g} Hz. Check the unit of the time column."
+    return ""

@@ -1,0 +1,167 @@
+"""Delimited text → columns of numbers, fast when the file is clean and clear about the line when it is not."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.errors import DataError
+from bematist.io.head import Head
+
+if TYPE_CHECKING:
+    import polars as pl
+
+Array = NDArray[np.float64]
+
+NO_VALUE = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "na", "null", "NULL", "None", "-"]
+_CLOCK_TEXT = ("%m/%d/%Y %H:%M:%S%.f", "%Y-%m-%d %H:%M:%S%.f", "%Y-%m-%dT%H:%M:%S%.f", "%Y-%m-%dT%H:%M:%S%.fZ")
+
+
+def split_header(line: str, separator: str | None = None) -> tuple[list[str], str]:
+    """Column names of a header line, trimmed and unquoted, and the separator (guessed among tab ; , and blanks)."""
+    if separator is None:
+        separator = next((s for s in ("\t", ";", ",") if s in line), " ")
+    parts = line.split() if separator == " " else line.split(separator)
+    names = [p.strip().strip('"').strip() for p in parts]
+    while names and not names[-1]:
+        names.pop()
+    return names, separator
+
+
+def decimal_comma(head: Head, first: int, separator: str) -> bool:
+    """Whether the rows after line `first` write 0,5 for 0.5."""
+    if separator == ",":
+        return False
+    rows = "\n".join(head.lines[first + 1 : first + 20])
+    return re.search(r"\d,\d", rows) is not None and re.search(r"\d\.\d", rows) is None
+
+
+def read_columns(
+    head: Head,
+    header_line: int,
+    names: Sequence[str],
+    wanted: Sequence[str],
+    *,
+    separator: str = ",",
+    comment: str = "#",
+    comma: bool | None = None,
+    clock: str | None = None,
+) -> dict[str, Array]:
+    """Columns `wanted` (by name) of the rows after line `header_line` (0-based; -1: the rows begin at once).
+
+    An empty cell is NaN. `clock` names a column that may hold dates; they become UNIX seconds.
+
+    Raises
+    ------
+    DataError
+        Two columns of one name, text where a number should be, a row with too many cells, no row at all.
+    """
+    for name in wanted:
+        if list(names).count(name) > 1:
+            raise DataError(f'{head.path}: two columns are called "{name}". Rename one of them.')
+    comma = decimal_comma(head, header_line, separator) if comma is None else comma
+    frame = None
+    if separator != " ":
+        frame = _fast(head, header_line, names, wanted, separator, comment, comma)
+    columns = (
+        _slow(head, header_line, names, wanted, separator, comment, comma, clock)
+        if frame is None
+        else {name: frame[name].to_numpy() for name in wanted}
+    )
+    if not len(columns[wanted[0]]):
+        raise DataError(f"{head.path}: there is a header but no row of data. Export the recording again.")
+    return columns
+
+
+def _fast(
+    head: Head, first: int, names: Sequence[str], wanted: Sequence[str], separator: str, comment: str, comma: bool
+) -> pl.DataFrame | None:
+    import polars as pl
+
+    keys = [f"{i}" for i in range(len(names))]
+    picked = {keys[list(names).index(name)]: name for name in wanted}
+    schema = {key: pl.Float64 if key in picked else pl.String for key in keys}
+    try:
+        frame = pl.read_csv(
+            head.path if head.is_utf8 else io.BytesIO(_text(head).encode()),
+            has_header=False,
+            skip_lines=first + 1,
+            schema=schema,
+            columns=list(picked),
+            separator=separator,
+            comment_prefix=comment,
+            null_values=NO_VALUE,
+            decimal_comma=comma,
+        )
+    except (pl.exceptions.PolarsError, OSError, ValueError):
+        return None
+    return frame.rename(picked).with_columns(pl.all().fill_null(float("nan")))
+
+
+def _text(head: Head) -> str:
+    return head.path.read_bytes().decode(head.encoding or "utf-8-sig", errors="replace")
+
+
+def _slow(
+    head: Head,
+    first: int,
+    names: Sequence[str],
+    wanted: Sequence[str],
+    separator: str,
+    comment: str,
+    comma: bool,
+    clock: str | None,
+) -> dict[str, Array]:
+    """Row by row: takes blanks around numbers and dates, and names the line that cannot be read."""
+    index = [list(names).index(name) for name in wanted]
+    rows: list[list[float]] = []
+    lines = _text(head).splitlines()
+    nothing = set(NO_VALUE)
+    for number, line in enumerate(lines[first + 1 :], first + 2):
+        if not line.strip() or line.lstrip().startswith(comment):
+            continue
+        cells = line.split() if separator == " " else line.split(separator)
+        extra = [c for c in cells[len(names) :] if c.strip()]
+        if extra:
+            raise DataError(
+                f"{head.path}, line {number}: {len(cells)} cells where the header names {len(names)} columns. "
+                "Correct the line, or the separator."
+            )
+        row = []
+        for k, i in enumerate(index):
+            cell = cells[i].strip().strip('"').strip() if i < len(cells) else ""
+            row.append(_number(head, number, wanted[k], cell, comma, nothing, clock))
+        rows.append(row)
+    table = np.array(rows, float).reshape(len(rows), len(wanted))
+    return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(wanted)}
+
+
+def _number(head: Head, line: int, name: str, cell: str, comma: bool, nothing: set[str], clock: str | None) -> float:
+    if cell in nothing:
+        return float("nan")
+    try:
+        return float(cell.replace(",", ".") if comma else cell)
+    except ValueError:
+        moment = _date(cell) if name == clock else None
+        if moment is None:
+            raise DataError(
+                f'{head.path}, line {line}: "{cell[:40]}" in column "{name}" is not a number. Correct the line, or leave '
+                "the cell empty where there is no sample."
+            ) from None
+        return moment
+
+
+def _date(cell: str) -> float | None:
+    """UNIX seconds of a date, taken as UTC."""
+    import polars as pl
+
+    for form in _CLOCK_TEXT:
+        value: Any = pl.Series([cell]).str.to_datetime(form, strict=False, time_unit="ns").dt.epoch("ns")[0]
+        if value is not None:
+            return value * 1e-9
+    return None
