@@ -1,0 +1,135 @@
+"""The application: exit status, errors as one paragraph, interrupts."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from bematist import __version__
+from bematist.cli.console import complain
+from bematist.errors import BematistError
+
+_UsageProblem: Any = typer.BadParameter.__mro__[2]  # click's ClickException, in whichever package typer keeps it
+
+ORDER = ("demo", "track", "compare", "evaluate", "info", "stance", "methods", "convert", "export", "simulate")
+
+
+class Guarded(TyperGroup):
+    """A group of commands that ends in 0, 1 (data), 2 (usage) or 130 (interrupted), and never in a traceback."""
+
+    def main(self, args: Sequence[str] | None = None, *rest: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        if not standalone_mode:
+            return super().main(args, *rest, standalone_mode=False, **extra)
+        sys.exit(self.status(args, **extra))
+
+    def status(self, args: Sequence[str] | None = None, **extra: Any) -> int:
+        """Run the command line and return its exit status."""
+        try:
+            result = super().main(args, standalone_mode=False, **{"prog_name": "bematist", **extra})
+        except _UsageProblem as problem:
+            problem.show()
+            return problem.exit_code
+        except typer.Abort:
+            return 130
+        return result if isinstance(result, int) else 0
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [name for name in ORDER if name in self.commands]
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except BematistError as error:
+            complain(str(error))
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            complain("interrupted; no result was written.")
+            raise typer.Exit(130) from None
+        except MemoryError:
+            complain("there is not enough memory for this recording. Cut it into parts, or close other programs.")
+            raise typer.Exit(1) from None
+        except OSError as error:
+            _os_error(error)
+        except (typer.Exit, typer.Abort, _UsageProblem):
+            raise
+        except Exception as error:
+            _unexpected(error)
+
+
+def _os_error(error: OSError) -> NoReturn:
+    if error.errno == errno.EPIPE:
+        # The reader of our output has gone (`bematist methods | head -1`): that is its good right.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(0) from None
+    where = f"{error.filename}: " if error.filename else ""
+    complain(f"{where}{error.strerror or error}. Check the name, the permissions and the space on the disk.")
+    raise typer.Exit(1) from None
+
+
+def _unexpected(error: Exception) -> NoReturn:
+    if os.environ.get("BEMATIST_DEBUG"):
+        raise error
+    text = " ".join(str(error).split())[:300]
+    complain(
+        f"an unexpected {type(error).__name__} ({text}). This is a fault of bematist {__version__}: please report it with the "
+        "command you gave and, if you can, the recording; with BEMATIST_DEBUG=1 in the environment it shows where it happened."
+    )
+    raise typer.Exit(1) from None
+
+
+app = typer.Typer(
+    cls=Guarded,
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help and usage errors: half the time, and nothing in boxes
+    context_settings={"help_option_names": ["--help", "-h"], "max_content_width": 110},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"bematist {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")] = False,
+) -> None:
+    """From a recording of a body-worn inertial sensor to the path its wearer walked, and how sure it is.
+
+    Try "bematist demo", or "bematist track recording.csv".
+    """
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the command line (`sys.argv` without `args`) and return its exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without "µ" is no reason to fail
+    command = typer.main.get_group(app)
+    assert isinstance(command, Guarded)
+    with _ended_by_signal():
+        return command.status(args)
+
+
+class _ended_by_signal:  # noqa: N801
+    """SIGTERM ends the command like Ctrl-C, so that no temporary file is left."""
+
+    def __enter__(self) -> None:
+        self._main = threading.current_thread() is threading.main_thread()
+        self._old = signal.signal(signal.SIGTERM, lambda *_: sys.exit(143)) if self._main else None
+
+    def __exit__(self, *_: object) -> None:
+        if self._main:
+            signal.signal(signal.SIGTERM, self._old)

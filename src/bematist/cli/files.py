@@ -1,0 +1,125 @@
+"""`convert`, `export`, `simulate`, `demo`: files in and out."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bematist import config
+from bematist.cli import options
+from bematist.cli.app import app
+from bematist.cli.console import output, warn
+from bematist.cli.options import Reading
+from bematist.errors import UsageError
+from bematist.outputs import results_folder, whole_file
+
+RECORDING_SUFFIXES = (".csv", ".parquet")
+EXPORTS = {".tum": "tum", ".txt": "tum", ".geojson": "geojson", ".json": "geojson", ".gpx": "gpx", ".csv": "csv"}
+EXPORTS |= {".parquet": "parquet"}
+
+
+@app.command()
+def convert(
+    recording: options.RecordingPath,
+    out: Annotated[Path, typer.Argument(help="File to write, .csv or .parquet.", metavar="OUT")],
+    axes: options.Axes = None,
+    units: options.Units = None,
+    clock: options.Clock = None,
+    columns: options.Columns = None,
+    format: options.Format = None,
+    quiet: options.Quiet = False,
+) -> None:
+    """Write a recording of any format as canonical CSV or Parquet."""
+    from bematist.io import write_recording
+
+    if out.suffix.lower() not in RECORDING_SUFFIXES:
+        raise UsageError(f"{out}: the suffix says what is written: use .csv or .parquet.")
+    if out.exists() and recording.exists() and out.samefile(recording):
+        raise UsageError(f"{out}: this would overwrite the recording. Choose another name.")
+    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    with whole_file(out) as place:
+        write_recording(data, place)
+    if not quiet:
+        output().print(f"{len(data):,} samples in {out}", soft_wrap=True)
+        warn(data.warnings)
+
+
+@app.command()
+def export(
+    trajectory: Annotated[
+        Path, typer.Argument(help="trajectory.csv, trajectory.parquet or the folder that holds it.", metavar="TRAJECTORY")
+    ],
+    out: Annotated[Path, typer.Argument(help="File to write.", metavar="OUT")],
+    format: Annotated[
+        str | None,
+        typer.Option("--format", help="tum, geojson, gpx, csv or parquet; without it the suffix tells.", metavar="NAME"),
+    ] = None,
+    origin: Annotated[
+        str | None,
+        typer.Option("--origin", help="Where the path starts: degrees, and height in m.", metavar="LAT,LON[,H]"),
+    ] = None,
+    heading: Annotated[
+        float | None,
+        typer.Option("--heading", help="Heading of the path's East axis, degrees clockwise from North; 90 is true.", metavar="DEG"),
+    ] = None,
+) -> None:
+    """Write a trajectory as TUM, GeoJSON, GPX, CSV or Parquet."""
+    from bematist.io import export as write
+    from bematist.io import read_trajectory
+
+    kind = format or EXPORTS.get(out.suffix.lower())
+    if kind is None:
+        raise UsageError(f"{out}: the suffix does not tell the format. Name it with --format, such as --format gpx.")
+    kind = config.choose("format", kind, dict.fromkeys(EXPORTS.values()))
+    place = None if origin is None else _origin(origin)
+    with whole_file(out) as temporary:
+        write(read_trajectory(trajectory), temporary, kind, origin=place, heading_deg=heading)
+
+
+def _origin(text: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = (math.nan,)
+    if len(numbers) not in (2, 3) or not all(abs(n) <= most for n, most in zip(numbers, (90, 360, 1e5), strict=False)):
+        raise UsageError(f"--origin {text}: write it as latitude,longitude[,height], such as 47.3769,8.5417,408.")
+    return numbers
+
+
+@app.command()
+def simulate(
+    folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of recording.csv and truth.csv.", metavar="DIR")],
+    scenario: Annotated[str, typer.Option("--scenario", help="The walk.", metavar="NAME")] = "campus",
+    sensor: Annotated[str, typer.Option("--sensor", help="Its errors and rates.", metavar="NAME")] = "lsm9ds1",
+    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers.", min=0)] = 0,
+    sets: options.Set = None,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate a walk: a shoe sensor's recording, and the exact truth."""
+    from bematist.simulate import simulate as make
+
+    changes = config.assignments(sets or [])
+    with results_folder(folder) as place:
+        from bematist.io import write_recording, write_reference
+
+        data = make(scenario, sensor, seed, **changes)
+        write_recording(data, place / "recording.csv")
+        assert data.reference is not None
+        write_reference(data.reference, place / "truth.csv")
+    if not quiet:
+        output().print(f"{len(data):,} samples in {folder / 'recording.csv'}, the truth in {folder / 'truth.csv'}", soft_wrap=True)
+
+
+@app.command()
+def demo(
+    folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of the results.", metavar="DIR")] = Path("demo"),
+    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers.", min=0)] = 0,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate a walk, track it by three methods, leave a report."""
+    from bematist.cli.demo import run
+
+    run(folder, seed, quiet=quiet)

@@ -1,0 +1,47 @@
+"""`evaluate`: a trajectory against what is known of the truth."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bematist import config
+from bematist.cli import options
+from bematist.cli.app import app
+from bematist.cli.console import output, table, warn
+from bematist.outputs import to_json, whole_file
+
+
+@app.command()
+def evaluate(
+    trajectory: Annotated[
+        Path, typer.Argument(help="trajectory.csv, trajectory.parquet or the folder that holds it.", metavar="TRAJECTORY")
+    ],
+    reference: Annotated[Path, typer.Argument(help="The true path.", metavar="REFERENCE")],
+    align: options.Align = "yaw",
+    json: Annotated[
+        str | None, typer.Option("--json", help="Write the numbers as JSON to a file, or to stdout with -.", metavar="FILE|-")
+    ] = None,
+) -> None:
+    """Compare a trajectory with the truth.
+
+    Position, length, heading and attitude errors, and whether the filter knew of them (NEES).
+    """
+    from bematist.evaluate import evaluate as compute
+    from bematist.io import read_reference, read_trajectory
+
+    kind = config.choose("alignment", align, options.ALIGNMENTS)
+    found = compute(read_trajectory(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
+    text = to_json(found.to_dict())
+    if json == "-":
+        sys.stdout.write(text)
+        return
+    if json is not None:
+        with whole_file(Path(json)) as place:
+            place.write_text(text, "utf-8")
+    rows = [(name, value if isinstance(value, str) else f"{value:,.4g}", unit) for name, value, unit in found.table()]
+    output().print(table(("quantity", "value", "unit"), rows, right=[1]))
+    warn(found.notes)

@@ -1,0 +1,140 @@
+"""`methods`, `info`, `stance`: what there is, before anything is tracked."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bematist import config
+from bematist.cli import options
+from bematist.cli.app import app
+from bematist.cli.console import facts, output, table, warn
+from bematist.cli.options import Reading
+from bematist.outputs import to_json, whole_file
+
+
+@app.command()
+def methods(json: options.Json = False) -> None:
+    """List the methods: where they come from, what they are good for."""
+    from bematist.methods import METHODS
+
+    keys = ("name", "paper", "equations", "summary")
+    found = [{key: getattr(method, key) for key in keys} for method in METHODS.values()]
+    if json:
+        sys.stdout.write(to_json(found))
+        return
+    output().print(table(keys, [[row[key] for key in keys] for row in found]))
+
+
+@app.command()
+def info(
+    recording: options.RecordingPath,
+    axes: options.Axes = None,
+    units: options.Units = None,
+    clock: options.Clock = None,
+    columns: options.Columns = None,
+    format: options.Format = None,
+    json: options.Json = False,
+) -> None:
+    """Tell what is in a recording.
+
+    Sensors and their rates, gaps, jitter, saturation, rest, units and why they were taken for what they are.
+    """
+    from bematist.inspect import describe
+
+    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    found = describe(data)
+    if json:
+        sys.stdout.write(to_json(found))
+        return
+    warnings = found.pop("warnings", ())
+    output().print(facts(_rows(found)))
+    warn(warnings)
+
+
+def _rows(found: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    for key, value in found.items():
+        name = prefix + key.replace("_", " ")
+        if isinstance(value, Mapping):
+            yield from _rows(value, f"{name}, ")
+        elif isinstance(value, (list, tuple)) and value and not isinstance(value[0], (int, float)):
+            for entry in value:
+                yield name, _text(entry)
+                name = ""
+        elif value not in (None, [], ()):
+            yield name, _text(value)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k.replace('_', ' ')} {_text(v)}" for k, v in value.items())
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_text(v) for v in value)
+    return f"{value:,}" if isinstance(value, int) else str(value)
+
+
+@app.command()
+def stance(
+    recording: options.RecordingPath,
+    page: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The page; without it RECORDING-stance.html.", metavar="FILE.html")
+    ] = None,
+    method: Annotated[str, typer.Option("--method", "-m", help="The method whose detector is shown.", metavar="NAME")] = "foot",
+    detector: Annotated[
+        str | None, typer.Option("--detector", help="Test statistic: shoe, ared, amvd, amag or gyro.", metavar="NAME")
+    ] = None,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Change a parameter of the detector, such as threshold=200.", metavar="NAME=VALUE"),
+    ] = None,
+    axes: options.Axes = None,
+    units: options.Units = None,
+    clock: options.Clock = None,
+    columns: options.Columns = None,
+    format: options.Format = None,
+    quiet: options.Quiet = False,
+) -> None:
+    """Draw a stance detector's verdict over the signals.
+
+    A page with statistic, threshold and verdict, to choose a threshold by eye.
+    """
+    from bematist.methods import find_method
+    from bematist.stance import DETECTORS, analyse
+
+    changes = config.assignments(sets or [])
+    changes = changes.pop("stance", {}) | changes  # "stance.threshold" as for `track`, or "threshold"
+    if detector is not None:
+        changes["detector"] = config.choose("detector", detector, DETECTORS)
+    if "threshold" in changes:
+        changes.setdefault("rule", "absolute")
+    parameters = config.changed(find_method(method).parameters.stance, changes)
+    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    found = analyse(data, parameters)
+    path = page or Path(f"{recording.resolve().stem}-stance.html")
+    with whole_file(path) as place:
+        from bematist.report import write_stance_page
+
+        write_stance_page(data, found, place)
+    if quiet:
+        return
+    stands = found.stance.astype(bool)
+    phases = int(stands[0]) + int((stands[1:] & ~stands[:-1]).sum())
+    rule = f"threshold {parameters.limit:g}" if parameters.rule == "absolute" else f"relative, ratio {parameters.ratio:g}"
+    output().print(
+        facts(
+            [
+                ("detector", f"{parameters.detector}, {rule}, window {parameters.window_s:g} s"),
+                ("stance", f"{100 * stands.mean():.0f} % of the time, {phases} phases"),
+                ("page", str(path)),
+            ]
+        )
+    )
+    warn(data.warnings)
