@@ -51,10 +51,17 @@ class Clock:
 
 
 def repair(
-    stamps: Array, values: Array | None = None, mode: Mode = "auto", *, wrap_s: float | None = None, name: str = "time"
+    stamps: Array,
+    values: Array | None = None,
+    mode: Mode = "auto",
+    *,
+    count: Rows | None = None,
+    wrap_s: float | None = None,
+    name: str = "time",
 ) -> Clock:
     """Repair the stamps (N,), in s, of samples `values` (N,C).
 
+    `count` (N,) is the sensor's own sample counter where the file has one: it tells which samples are lost.
     `wrap_s` is the span of the counter behind the stamps where it is known (2³² µs). `name` names the clock in messages.
 
     Raises
@@ -75,8 +82,7 @@ def repair(
         raise DataError(f"No {name} stamp is a number. Name the right column, or give the rate, with --columns map.toml.")
     if len(t) > 1 and np.ptp(t) == 0:
         raise DataError(
-            f"The {name} stamps never advance (all are {t[0]:g}). Name another time column, or give the rate, with "
-            "--columns map.toml."
+            f"The {name} stamps never advance (all are {t[0]:g}). Name another time column, or give the rate, with --columns map.toml."
         )
     t = _unwrap(t, wrap_s, warnings, name)
     x = None if values is None else np.asarray(values, float)[rows]
@@ -87,7 +93,10 @@ def repair(
     if len(t) < 3:
         order = np.argsort(t, kind="stable")
         return Clock(_spread(t[order]), rows[order], "stamps", "too few samples to judge", np.zeros(len(t) - 1, int))
-    time, lost, kind, note = _decide(t, x, mode)
+    number = None if count is None else count[rows]
+    if number is not None and np.any(np.diff(number) < 1):
+        number = None
+    time, lost, kind, note = _decide(t, x, mode, number)
     _tell_gaps(time, lost, warnings, name)
     return Clock(time, rows, kind, note, lost, tuple(warnings))
 
@@ -184,7 +193,7 @@ def _spread(t: Array) -> Array:
     return np.repeat(value, count) + np.repeat(ahead / count, count) * k
 
 
-def _decide(t: Array, x: Array | None, mode: str) -> tuple[Array, Rows, str, str]:
+def _decide(t: Array, x: Array | None, mode: str, count: Rows | None) -> tuple[Array, Rows, str, str]:
     d = np.diff(t)
     T = period(t)
     off = np.abs(d / T - np.round(d / T))
@@ -193,7 +202,7 @@ def _decide(t: Array, x: Array | None, mode: str) -> tuple[Array, Rows, str, str
         lost = np.maximum(np.round(d / T).astype(np.int64) - 1, 0)
         why = f"steps are whole multiples of {1e3 * T:.4g} ms ({1 / T:.4g} Hz): the stamps are true and were kept"
         return t, lost, "stamps", why
-    fitted, lost = uniform(t)
+    fitted, lost = uniform(t, count)
     kept = _spread(t)
     jitter = float(np.sqrt(np.mean((t - fitted) ** 2)))
     what = f"steps of {1e3 * d.min():.3g} to {1e3 * d.max():.4g} ms"

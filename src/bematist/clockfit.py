@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,23 +30,28 @@ def period(t: Array) -> float:
     return max(float(np.median(t[lag:] - t[:-lag])) / lag, 1e-9)
 
 
-def uniform(t: Array) -> tuple[Array, Index]:
+def uniform(t: Array, count: Index | None = None) -> tuple[Array, Index]:
     """Times (N,) of a uniform clock that stamps t (N,), N ≥ 2, report with jitter, and samples lost (N−1,) at each step.
 
     The index of each sample is found first: a lost sample shifts the level of the stamps against the index for good, a
-    late report does not. Then the clock is fitted, piece by piece between long gaps.
+    late report does not. `count` (N,), the sensor's own sample counter, spares the search. Then the clock is fitted, piece by
+    piece between long gaps.
     """
     T = period(t)
     d = np.diff(t)
     far = np.abs(d / T - np.round(d / T))
-    if np.quantile(far, 0.99) < 0.25 and np.mean(d < 0.5 * T) < 0.01:
+    if count is not None:
+        lost = np.diff(count) - 1
+        lag = max(1, min(1000, len(t) // 4))
+        T = float(np.median((t[lag:] - t[:-lag]) / (count[lag:] - count[:-lag])))
+    elif np.quantile(far, 0.99) < 0.25 and np.mean(d < 0.5 * T) < 0.01:
         lost = np.maximum(np.round(d / T).astype(np.int64) - 1, 0)
     else:
         lost, T = _lost_among_jitter(t, T)
     index = np.concatenate([[0], np.cumsum(lost + 1)])
     out = np.empty(len(t))
-    edges = [0, *(np.flatnonzero((lost * T > LONG_GAP_S)) + 1), len(t)]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    edges = [0, *(np.flatnonzero(lost * T > LONG_GAP_S) + 1), len(t)]
+    for a, b in itertools.pairwise(edges):
         out[a:b] = _fit_piece(t[a:b], index[a:b] - index[a], T)
         if a and out[a] <= out[a - 1]:
             out[a:b] += out[a - 1] + T - out[a]
@@ -52,52 +59,17 @@ def uniform(t: Array) -> tuple[Array, Index]:
 
 
 def _lost_among_jitter(t: Array, T: float) -> tuple[Index, float]:
-    """Samples lost at each step where single steps say nothing: level shifts of t − T k between blocks."""
-    lost = np.zeros(len(t) - 1, np.int64)
-    for _ in range(3):
-        index = np.concatenate([[0], np.cumsum(lost + 1)])
-        T = _slope(t, index, T)
-        r = t - T * np.arange(len(t))
-        jitter = float(np.std(np.diff(t)[np.diff(t) < 10 * T])) / np.sqrt(2)
-        half = int(np.clip(np.ceil(160 * (jitter / T) ** 2), 8, max(8, len(t) // 6)))
-        found = _level_shifts(r, half, T)
-        if np.array_equal(found, lost):
-            break
-        lost = found
-    return lost, T
+    """Samples lost at each step where single steps say nothing, and the period."""
+    from bematist.kernels.lost import lost_samples
 
-
-def _slope(t: Array, index: Index, T: float) -> float:
-    """Period from the whole, by the lag slopes of the index (median: short gaps not yet found do not matter)."""
+    d = np.diff(t)
+    usual = d[np.abs(d - T) < 20 * T]
+    jitter = max(float(np.std(usual)) / np.sqrt(2) if len(usual) else T, 0.03 * T)
+    # Odds of one loss in some thousand samples; late reports beyond four deviations weigh no more.
+    lost = lost_samples(t, T, jitter, 9.0, 8.0)
+    index = np.concatenate([[0], np.cumsum(lost + 1)])
     lag = max(1, min(1000, len(t) // 4))
-    slopes = (t[lag:] - t[:-lag]) / (index[lag:] - index[:-lag])
-    return float(np.median(slopes)) if len(slopes) else T
-
-
-def _level_shifts(r: Array, half: int, T: float) -> Index:
-    blocks = len(r) // half
-    lost = np.zeros(len(r) - 1, np.int64)
-    if blocks < 3:
-        return lost
-    level = np.median(r[: blocks * half].reshape(blocks, half), axis=1)
-    b = 1
-    base = level[0]
-    while b < blocks:
-        # The block after the one that holds the shift is whole again.
-        after = level[min(b + 1, blocks - 1)]
-        n = int(round((after - base) / T))
-        if n > 0 and (level[b] - base > 0.25 * T or n > 1 or after - base > 0.75 * T):
-            low, high = (b - 1) * half, min((b + 2) * half, len(r))
-            piece = r[low:high]
-            cost = np.abs(piece - base) - np.abs(piece - base - n * T)
-            split = int(np.argmin(np.concatenate([[0.0], np.cumsum(cost)])))
-            lost[max(0, min(low + split - 1, len(lost) - 1))] += n
-            b += 2
-            base = after
-        else:
-            base = level[b]
-            b += 1
-    return lost
+    return lost, float(np.median((t[lag:] - t[:-lag]) / (index[lag:] - index[:-lag])))
 
 
 def _fit_piece(t: Array, k: Index, T: float) -> Array:
@@ -112,6 +84,7 @@ def _fit_piece(t: Array, k: Index, T: float) -> Array:
     right = x - cell
     weight = np.ones(n)
     fit = np.zeros(n)
+    knots = np.zeros(cells + 1)
     for _ in range(3):
         knots = _hat_solve(cell, right, weight, t - t[0], cells)
         fit = knots[cell] * (1 - right) + knots[cell + 1] * right
@@ -133,7 +106,7 @@ def _hat_solve(cell: Index, right: Array, weight: Array, y: Array, cells: int) -
         np.add.at(g, np.arange(cells) + i, np.bincount(cell, weight * a * y, cells))
         for j, c in ((0, left), (1, right)):
             A[np.arange(cells) + i, np.arange(cells) + j] += np.bincount(cell, weight * a * c, cells)
-    return np.linalg.lstsq(A, g, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(A, g, rcond=None)[0], float)
 
 
 def signal_vote(t_stamps: Array, t_uniform: Array, values: Array) -> float:

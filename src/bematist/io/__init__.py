@@ -68,14 +68,14 @@ def read(
     UsageError
         An unknown format, unit, axis or clock.
     """
+    from bematist.io.assemble import assemble
     from bematist.io.head import open_head
-    from bematist.io.raw import assemble
 
     head = open_head(path)
     if columns is not None:
         from bematist.io.columns import read_mapped
 
-        return assemble(*read_mapped(head, Path(columns)), axes=axes, units=units, clock=clock)
+        return assemble(read_mapped(head, Path(columns)), axes=axes, units=units, clock=clock)
     if format is not None and format not in FORMATS:
         raise UsageError(f'There is no format "{format}". Formats: {", ".join(FORMATS)}.')
     chosen = FORMATS[format] if format else sniff(path)

@@ -50,9 +50,7 @@ def read(head: Head) -> Raw:
 def _wanted(path: Path, names: list[str]) -> list[str]:
     """The canonical columns that are there; a sensor is there with all its axes or not at all."""
     if "time" not in names:
-        raise DataError(
-            f'{path}: the header has no column "time". Add one in seconds, or give the rate with --columns map.toml.'
-        )
+        raise DataError(f'{path}: the header has no column "time". Add one in seconds, or give the rate with --columns map.toml.')
     wanted = ["time"]
     for quantity, columns in COLUMNS.items():
         missing = [c for c in columns if c not in names]

@@ -39,13 +39,15 @@ def read(head: Head) -> Raw:
     clock = next((n for n in ("Unfiltered ts", "Filtered ts", "Pred. ts") if n in names), None)
     if clock is None:
         raise DataError(f"{head.path}: no column of stamps (ts) in the header. Export the recording again.")
-    wanted = [clock, *(n for axes in AXES.values() for n in axes if n in names)]
+    tick = ["Counter"] if "Counter" in names else []
+    wanted = [clock, *tick, *(n for axes in AXES.values() for n in axes if n in names)]
     values = _rows(head, line, names, wanted)
     stamps = values[:, 0]
     streams = {}
     for quantity, axes in AXES.items():
         if all(a in names for a in axes):
-            streams[quantity] = Stream(stamps=stamps, values=values[:, [wanted.index(a) for a in axes]])
+            picked = values[:, [wanted.index(a) for a in axes]]
+            streams[quantity] = Stream(stamps=stamps, values=picked, count=_count(values[:, 1]) if tick else None)
     unit = dict(columns)
     stated = {q: UNITS[u] for q, axes in AXES.items() if (u := unit.get(axes[0], "")) in UNITS}
     raw = Raw(source=str(head.path), streams=streams, stated={"time": "s", **stated}, unit_source="stated in the header")
@@ -53,6 +55,14 @@ def read(head: Head) -> Raw:
     if lost:
         raw.notes.append(f"Rows: {lost} of {len(values)} without a magnetometer sample (nan)")
     return raw
+
+
+def _count(ticks: np.ndarray) -> np.ndarray:
+    """Sample numbers (N,) from the sensor's tick counter, which advances evenly and begins anew about once a second."""
+    step = np.diff(ticks)
+    usual = float(np.median(step))
+    taken = np.where(step > 0, np.maximum(np.round(step / usual), 1), 1) if usual > 0 else np.ones(len(step))
+    return np.concatenate([[0], np.cumsum(taken)]).astype(np.int64)
 
 
 def _rows(head: Head, line: int, names: list[str], wanted: list[str]) -> np.ndarray:

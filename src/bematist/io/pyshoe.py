@@ -13,7 +13,6 @@ from bematist.io.raw import Raw, Stream
 from bematist.recording import Reference
 
 
-
 def load(path: Path, *names: str) -> dict[str, Any]:
     """Variables of a MATLAB file (level 5; not HDF5)."""
     from scipy.io import loadmat

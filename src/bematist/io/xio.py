@@ -36,9 +36,7 @@ def sniff(head: Head) -> bool:
     if head.is_folder:
         return any((head.path / name).is_file() for name in ("Inertial.csv", "sensors.csv"))
     names = split_header(head.header()[1])[0]
-    return any(CLOCK.match(n) for n in names) and any(
-        (m := COLUMN.match(n)) is not None and m[1] is not None for n in names
-    )
+    return any(CLOCK.match(n) for n in names) and any((m := COLUMN.match(n)) is not None and m[1] is not None for n in names)
 
 
 def read(head: Head) -> Raw:

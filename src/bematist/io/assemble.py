@@ -1,0 +1,185 @@
+"""From what a reader found to a `Recording`: empty rows, clocks, units and axes, settled in this order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.clock import Clock, Mode, repair
+from bematist.errors import DataError
+from bematist.frames import axes_matrix
+from bematist.io.raw import WORDS, Raw, Stream
+from bematist.io.scale import check_forced, factor, time_factor
+from bematist.recording import Recording
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+EPOCH_S = 1e8
+"""Times beyond this (1973) are UNIX times."""
+WRAP_TICKS = 2.0**32
+
+
+def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | None = None, clock: Mode = "auto") -> Recording:
+    """Settle empty rows, units, clock and axes, in this order.
+
+    Raises
+    ------
+    DataError
+        No accelerometer or no gyroscope, or no usable time.
+    UsageError
+        An unknown quantity, unit or axis.
+    """
+    forced = dict(units or {})
+    check_forced(forced)
+    for needed in ("specific_force", "angular_rate"):
+        stream = raw.streams.get(needed)
+        if stream is None or not np.isfinite(stream.values).any():
+            raise DataError(
+                f"{raw.source}: there is no {WORDS[needed]} in the file. bematist needs an accelerometer and a gyroscope; "
+                "if the columns have other names, map them with --columns map.toml."
+            )
+    seconds = time_factor(raw, forced)
+    start_ns = _to_seconds(raw, seconds)
+    clocks = _clocks(raw, WRAP_TICKS * seconds if seconds in (1e-6, 1e-3) else None, clock)
+    time, force, rate = _inertial(clocks, raw)
+    scaled = {"specific_force": force, "angular_rate": rate}
+    for name in ("magnetic_flux_density", "pressure"):
+        if name in clocks:
+            scaled[name] = raw.streams[name].values
+    for name in list(scaled):
+        scaled[name] = scaled[name] * factor(raw, name, scaled, time - time[0], forced)
+    if axes:
+        M = axes_matrix(axes)
+        for name in ("specific_force", "angular_rate", "magnetic_flux_density"):
+            if name in scaled:
+                scaled[name] = scaled[name] @ M.T
+        raw.notes.append(f'Axes: turned by "{axes}"')
+    extra: dict[str, object] = {}
+    if "magnetic_flux_density" in clocks:
+        c = clocks["magnetic_flux_density"]
+        extra = {"magnetic_time": c.time, "magnetic_flux_density": scaled["magnetic_flux_density"]}
+    if "pressure" in clocks:
+        extra |= {"pressure_time": clocks["pressure"].time, "pressure": scaled["pressure"][:, 0]}
+    return Recording(
+        time=time,
+        specific_force=scaled["specific_force"],
+        angular_rate=scaled["angular_rate"],
+        reference=raw.reference,
+        start_ns=start_ns,
+        source=raw.source,
+        notes=tuple(raw.notes),
+        warnings=tuple(dict.fromkeys(raw.warnings)),
+        **extra,  # pyright: ignore[reportArgumentType]
+    )
+
+
+def _to_seconds(raw: Raw, factor: float) -> int | None:
+    """Bring all stamps to s. UNIX times count from the first inertial sample, whose UNIX time in ns is returned.
+
+    Times that are no UNIX times stay those of the file, so that a reference on the same clock fits.
+    """
+    inertial = [raw.streams[n].stamps for n in ("specific_force", "angular_rate")]
+    finite = [s[np.isfinite(s)] for s in inertial]
+    first = min((float(s[0]) for s in finite if len(s)), default=0.0)
+    epoch = first * factor > EPOCH_S
+    done: dict[int, Array] = {}
+    for stream in raw.streams.values():
+        key = id(stream.stamps)
+        if key not in done:
+            done[key] = (stream.stamps - (first if epoch else 0.0)) * factor
+        stream.stamps = done[key]
+    return round(first * factor * 1e9) if epoch else None
+
+
+def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
+    """One repaired clock for each sensor; sensors that sample in the same rows share one. Values follow their clock."""
+    used = _used_rows(raw)
+    clocks: dict[str, Clock] = {}
+    force, rate = raw.streams["specific_force"], raw.streams["angular_rate"]
+    if force.stamps is rate.stamps:
+        a, g = used["specific_force"], used["angular_rate"]
+        both = a if np.array_equal(a, g) else np.union1d(a, g)
+        if len(a) + len(g) - len(both) >= 0.9 * min(len(a), len(g)):
+            values = np.concatenate([force.values[both], rate.values[both]], 1)
+            done = _repair(raw, "specific_force", both, values, mode, wrap, "time")
+            raw.notes.append(f"Clock: {done.note}")
+            for name in ("specific_force", "angular_rate"):
+                clocks[name] = done
+                raw.streams[name].values = raw.streams[name].values[done.rows]
+    for name, rows in used.items():
+        stream = raw.streams[name]
+        if name in clocks or not len(rows):
+            continue
+        clock = clocks.get("specific_force")
+        shared = _shared(clock, rows, stream) if clock is not None and stream.stamps is force.stamps else None
+        if shared is None:
+            label = "time" if name == "specific_force" else f"{WORDS[name]} time"
+            shared = _repair(raw, name, rows, stream.values[rows], mode, wrap, label)
+            raw.notes.append(f"Clock of the {WORDS[name]}: {shared.note}")
+        clocks[name] = shared
+        stream.values = stream.values[shared.rows]
+    return clocks
+
+
+def _shared(clock: Clock, rows: Rows, stream: Stream) -> Clock | None:
+    """The part of `clock` that falls on `rows`, or None where most rows have no time there."""
+    place = np.full(len(stream.stamps), -1)
+    place[clock.rows] = np.arange(len(clock.rows))
+    found = place[rows]
+    found = np.sort(found[found >= 0])
+    if len(found) < 0.9 * len(rows):
+        return None
+    return Clock(clock.time[found], clock.rows[found], clock.kind, clock.note, clock.lost)
+
+
+def _repair(raw: Raw, name: str, rows: Rows, values: Array, mode: Mode, wrap: float | None, label: str) -> Clock:
+    stream = raw.streams[name]
+    count = None if stream.count is None else stream.count[rows]
+    try:
+        done = repair(stream.stamps[rows], values, mode, count=count, wrap_s=wrap, name=label)
+    except DataError as error:
+        raise DataError(f"{raw.source}: {error}") from None
+    raw.warnings.extend(done.warnings)
+    return Clock(done.time, rows[done.rows], done.kind, done.note, done.lost)
+
+
+def _used_rows(raw: Raw) -> dict[str, Rows]:
+    """Rows in which each sensor has a whole sample; a sample with a part missing counts as none."""
+    used: dict[str, Rows] = {}
+    for name in ("specific_force", "angular_rate", "magnetic_flux_density", "pressure"):
+        stream = raw.streams.get(name)
+        if stream is None:
+            continue
+        finite = np.isfinite(stream.values)
+        whole: NDArray[np.bool_] = np.asarray(finite.all(1))
+        partial = finite.any(1) & ~whole
+        if partial.any():
+            raw.warnings.append(f"{partial.sum()} {WORDS[name]} samples with a part missing were left out.")
+            stream.values[partial] = np.nan
+        if np.isinf(stream.values).any():
+            stream.values[np.isinf(stream.values)] = np.nan
+        used[name] = np.flatnonzero(whole)
+        gone = len(whole) - int(whole.sum())
+        if gone and name in ("specific_force", "angular_rate"):
+            raw.notes.append(f"Rows without a sample of the {WORDS[name]}: {gone} of {len(whole)}")
+    return used
+
+
+def _inertial(clocks: Mapping[str, Clock], raw: Raw) -> tuple[Array, Array, Array]:
+    """Accelerometer and gyroscope on one time axis; NaN where one of them has no sample."""
+    a, g = clocks["specific_force"], clocks["angular_rate"]
+    f, w = raw.streams["specific_force"].values, raw.streams["angular_rate"].values
+    if np.array_equal(a.time, g.time):
+        return a.time, f, w
+    # Instants that agree within a µs are one instant.
+    time = np.union1d(a.time, g.time)
+    time = time[np.concatenate([[True], np.diff(time) > 1e-6])]
+    out = []
+    for clock, values in ((a, f), (g, w)):
+        full = np.full((len(time), 3), np.nan)
+        full[np.searchsorted(time, clock.time + 1e-6, side="right") - 1] = values
+        out.append(full)
+    return time, out[0], out[1]

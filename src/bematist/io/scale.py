@@ -1,0 +1,67 @@
+"""Which unit a sensor is in: forced, stated by the file, or guessed; always said, and doubted where the evidence is against it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.errors import UsageError
+from bematist.io import guess
+from bematist.io.raw import UNITS, WORDS, Raw
+
+Array = NDArray[np.float64]
+
+FIELD_OF_AU_UT = 50.0
+"""What 1 a.u. of a magnetometer without absolute scale is taken for, µT: a common field of the Earth."""
+
+
+def check_forced(forced: Mapping[str, str]) -> None:
+    """Raise UsageError for a quantity or unit that is not known."""
+    for name, unit in forced.items():
+        if name not in UNITS:
+            raise UsageError(f'Units: there is no quantity "{name}". Quantities: {", ".join(UNITS)}.')
+        if unit not in UNITS[name]:
+            raise UsageError(f'Units: "{unit}" is no unit of {name}. Choose one of {", ".join(UNITS[name])}.')
+
+
+def time_factor(raw: Raw, forced: Mapping[str, str]) -> float:
+    """Factor from the file's time to s."""
+    unit = forced.get("time") or raw.stated.get("time")
+    stamps = raw.streams["specific_force"].stamps
+    if unit is None:
+        unit = guess.time_unit(stamps)
+        raw.warnings.append(f"The unit of time is not stated; from the steps it was taken for {unit}.")
+    elif "time" not in forced and (doubt := guess.doubt_time(stamps * UNITS["time"][unit])):
+        raw.warnings.append(doubt)
+    return UNITS["time"][unit]
+
+
+def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced: Mapping[str, str]) -> float:
+    """Factor to SI (µT), with a note on where the unit comes from and a warning where it is a guess or doubtful."""
+    word = WORDS[name]
+    if name in forced:
+        raw.notes.append(f"Units of the {word}: {forced[name]}, as asked")
+        return UNITS[name][forced[name]]
+    unit = raw.stated.get(name)
+    if unit == "a.u.":
+        raw.notes.append(f"Units of the {word}: arbitrary, 1 = the local field, taken as {FIELD_OF_AU_UT:g} µT")
+        raw.warnings.append(
+            f"The {word} has no absolute scale (a.u., 1 = the local field); 1 was taken as {FIELD_OF_AU_UT:g} µT. Ratios and "
+            "directions hold, the norm in µT does not."
+        )
+        return FIELD_OF_AU_UT
+    found, why = guess.unit_of(name, values, time)
+    if unit is None:
+        raw.notes.append(f"Units of the {word}: {found}, guessed: {why}")
+        raw.warnings.append(
+            f"The unit of the {word} is not stated; it was taken for {found} ({why}). Force another with --units {name}=UNIT."
+        )
+        return UNITS[name][found]
+    raw.notes.append(f"Units of the {word}: {unit}, {raw.unit_source}")
+    doubt = guess.doubt(name, values[name] * UNITS[name][unit], values, time)
+    if doubt:
+        likely = f" The values look like {found} ({why}): if so, give --units {name}={found}." if found != unit else ""
+        raw.warnings.append(f"The {word} is in {unit} ({raw.unit_source}), but {doubt}.{likely}")
+    return UNITS[name][unit]
