@@ -1,0 +1,205 @@
+"""One self-contained HTML page: plotly.js, style, script and data in a single file that asks the network for nothing."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bematist.errors import DataError, UsageError
+from bematist.recording import Reference
+from bematist.report import summary
+from bematist.report.panels import Panel, Subject, panels, subjects
+from bematist.report.plan import plan
+from bematist.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Alignment, Evaluation
+
+ASSETS = Path(__file__).parent / "assets"
+
+
+def write_report(
+    trajectories: Sequence[Trajectory],
+    path: str | Path,
+    reference: Reference | None = None,
+    evaluations: Sequence[Evaluation | None] | None = None,
+) -> None:
+    """Write a page about one trajectory, or about several of the same recording side by side.
+
+    Parameters
+    ----------
+    trajectories : at least one, each with at least one sample.
+    path : the page; it appears whole or not at all.
+    reference : the true path. It is drawn in the frame of the first trajectory, the other trajectories as their alignments with
+        it lay them over it.
+    evaluations : one for each trajectory, or None where there is none; without them they are made here, aligned by yaw.
+
+    Raises
+    ------
+    UsageError
+        No trajectory, or another number of evaluations.
+    DataError
+        A trajectory without samples, or the page cannot be written.
+    """
+    if not trajectories:
+        raise UsageError("A report needs at least one trajectory.")
+    if any(not len(t) for t in trajectories):
+        raise DataError("A trajectory has no samples: there is nothing to show.")
+    if evaluations is not None and len(evaluations) != len(trajectories):
+        raise UsageError(f"There are {len(trajectories)} trajectories and {len(evaluations)} evaluations: give one for each.")
+    found = list(evaluations) if evaluations is not None else evaluate_all(trajectories, reference)
+    write_page(Path(path), *_content(subjects(trajectories), reference, found))
+
+
+def evaluate_all(trajectories: Sequence[Trajectory], reference: Reference | None) -> list[Evaluation | None]:
+    """Evaluations by yaw alignment; None without a reference, and where it cannot be compared."""
+    if reference is None:
+        return [None] * len(trajectories)
+    from bematist.evaluate import evaluate
+
+    found: list[Evaluation | None] = []
+    for t in trajectories:
+        try:
+            found.append(evaluate(t, reference))
+        except DataError:  # a reference of another time: the page then shows it as it stands
+            found.append(None)
+    return found
+
+
+def align_reference(reference: Reference | None, alignment: Alignment | None) -> Reference | None:
+    """The reference in the frame of the trajectory that was aligned with it."""
+    if reference is None or alignment is None:
+        return reference
+    return replace(reference, position=alignment.onto_trajectory(reference.position))
+
+
+def _content(
+    drawn: Sequence[Subject], reference: Reference | None, evaluations: Sequence[Evaluation | None]
+) -> tuple[str, str, dict[str, Any]]:
+    """Title, HTML and data of the page."""
+    first = drawn[0].trajectory
+    alignments = [e.alignment if e else None for e in evaluations]
+    local = align_reference(reference, alignments[0])
+    figures = panels(drawn, local)
+    traces = plan(drawn, local, alignments)
+    source = Path(first.source).name if first.source else "Recording"
+    methods = ", ".join(s.name or s.trajectory.method for s in drawn)
+    body = "".join(
+        [
+            header(source, _subtitle(first, methods)),
+            summary.cards(first, evaluations[0]) if len(drawn) == 1 else summary.methods_table(drawn),
+            summary.about([s.trajectory for s in drawn]),
+            summary.warnings(drawn),
+            '<main class="figures">',
+            plan_section(_plan_note(reference, alignments, len(drawn))) if traces else "",
+            f'<div class="timeline">{"".join(map(panel_section, figures))}</div></main>',
+            summary.errors_table(drawn, evaluations),
+            summary.parameters(drawn),
+        ]
+    )
+    return f"{source}: {methods or 'path'}", body, page_data(figures, traces, first)
+
+
+def _subtitle(t: Trajectory, methods: str) -> str:
+    seconds = float(t.time[-1] - t.time[0])
+    return f"{methods or 'path'} · {summary.clock(seconds)} · {summary.number(len(t), '', 0)} samples"
+
+
+def _plan_note(reference: Reference | None, alignments: Sequence[Any], count: int) -> str:
+    note = "East to the right, north up, equal axes. Ellipses: where the filter is 95 % sure to be."
+    if reference is None:
+        return note
+    if alignments[0] is None:
+        return note + " The reference is drawn as it stands, not aligned."
+    what = "The reference is" if count == 1 else "Reference and paths are"
+    return f"{note} {what} laid over the {'path' if count == 1 else 'first path'} by alignment {alignments[0]}."
+
+
+def page_data(figures: Sequence[Panel], traces: Sequence[dict[str, Any]], first: Trajectory) -> dict[str, Any]:
+    """What the script of the page reads."""
+    finite = first.time[np.isfinite(first.time)]
+    return {
+        "range": [float(finite[0]), float(finite[-1])],
+        "plan": list(traces),
+        "panels": [{"key": p.key, "axis": p.axis, "log": p.log, "traces": p.traces, "layout": p.layout} for p in figures],
+    }
+
+
+def header(title: str, subtitle: str) -> str:
+    return f'<header><div><h1>{escape(title)}</h1><p class="subtitle">{escape(subtitle)}</p></div><p class="brand">bematist</p></header>'
+
+
+def plan_section(note: str) -> str:
+    return (
+        '<section class="panel plan"><h2>Path in plan</h2>'
+        f'<p class="note">{escape(note)}</p><div class="plot" id="plot-plan"></div></section>'
+    )
+
+
+def panel_section(panel: Panel) -> str:
+    note = f'<p class="note">{escape(panel.note)}</p>' if panel.note else ""
+    return (
+        f'<section class="panel" id="panel-{panel.key}"><h2>{escape(panel.title)}</h2>{note}'
+        f'<div class="plot" id="plot-{panel.key}"></div></section>'
+    )
+
+
+def write_page(path: Path, title: str, body: str, data: Mapping[str, Any], script: str = "") -> None:
+    """Write a page; `body` is HTML, `title` text, `script` a further script of `assets`.
+
+    Raises
+    ------
+    DataError
+        The file cannot be written.
+    """
+    from bematist import __version__
+    from bematist.outputs import whole_file
+
+    # In a script element only "<" can do harm: it might end the element.
+    payload = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    parts = {
+        "title": escape(title),
+        "style": asset("page.css"),
+        "plotly": plotly_script(),
+        "body": body,
+        "data": payload,
+        "script": asset("page.js") + (asset(script) if script else ""),
+        "version": escape(__version__),
+    }
+    # One pass: what is put in is never searched for marks again.
+    pieces = re.split(r"\{\{(\w+)\}\}", asset("page.html"))
+    page = "".join(parts[piece] if k % 2 else piece for k, piece in enumerate(pieces))
+    with whole_file(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+@cache
+def asset(name: str) -> str:
+    """A file of the page's template."""
+    return (ASSETS / name).read_text(encoding="utf-8")
+
+
+@cache
+def plotly_script() -> str:
+    """plotly.js as the plotly package carries it; the package itself is not imported, which would take longer than the rest.
+
+    Raises
+    ------
+    DataError
+        plotly is not installed as it should be.
+    """
+    spec = importlib.util.find_spec("plotly")
+    for folder in (spec.submodule_search_locations or []) if spec else []:
+        file = Path(folder) / "package_data" / "plotly.min.js"
+        if file.is_file():
+            return file.read_text(encoding="utf-8")
+    raise DataError("The report needs plotly, and its plotly.min.js was not found: install the package plotly anew.")

@@ -1,0 +1,176 @@
+"""The path in plan: equal axes, stance points, uncertainty ellipses, reference, start and end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.recording import Reference
+from bematist.report.decimate import path_indices
+from bematist.report.panels import Subject
+from bematist.report.traces import Trace, encode, text
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Alignment
+
+Array = NDArray[np.float64]
+
+ELLIPSES = 20
+"""Uncertainty ellipses along a path that is drawn alone; beside others each has one, at its end."""
+
+RADIUS_95 = 2.4477
+"""Radius of the 95 % region of two normal variables, in standard deviations: sqrt of the chi-square quantile 5.991."""
+
+SHOWN_STANCES = 4000
+
+
+def laid_over(positions: Array, covariance: Array, own: Alignment | None, first: Alignment | None) -> tuple[Array, Array]:
+    """Positions (N,3) and covariances (N,3,3) in the frame of the first trajectory, as the alignments with the reference say.
+
+    A path whose reference had to be mirrored otherwise than the first one's cannot be laid over it and stays as it is.
+    """
+    if own is None or first is None or own is first or own.mirrored != first.mirrored:
+        return positions, covariance
+    R = first.rotation.T @ own.rotation
+    return (own.path(positions) - first.translation) @ first.rotation, R @ covariance @ R.T
+
+
+def plan(drawn: Sequence[Subject], reference: Reference | None, alignments: Sequence[Alignment | None]) -> list[Trace]:
+    """Traces of the plan, lowest first. `reference` is in the frame of the first trajectory.
+
+    The traces with `meta` "path" carry the time of each point as `customdata`: the page moves its cursor along them.
+    """
+    below, paths, above = [], [], []
+    for s, alignment in zip(drawn, alignments, strict=True):
+        chosen = _instants(s)
+        p, P = laid_over(s.trajectory.position, s.trajectory.covariance[chosen], alignment, alignments[0])
+        if not np.isfinite(p[:, :2]).all(1).any():
+            continue
+        below += _ellipses(s, p[chosen, :2], P[:, :2, :2])
+        paths.append(_path(s, p))
+        above += _stances(s, p) if s.alone else []
+        above += _ends(s, p)
+    return below + _reference(reference) + paths + above
+
+
+def _instants(s: Subject) -> NDArray[np.int64]:
+    """Samples whose ellipse is drawn."""
+    last = len(s.trajectory) - 1
+    middle = s.trajectory.stance_intervals().sum(1) // 2
+    if not s.alone or not len(middle):
+        return np.array([last])
+    spread = np.linspace(0, len(middle) - 1, min(ELLIPSES, len(middle))).round().astype(int)
+    return np.unique(np.append(middle[spread], last))
+
+
+def _path(s: Subject, p: Array) -> Trace:
+    # The ends of the stances stay, so that a place can be found from its time by interpolation.
+    spans = s.trajectory.stance_intervals()
+    edges = (spans[:: max(1, len(spans) // SHOWN_STANCES)] - np.array([0, 1])).ravel()
+    k = path_indices(p[:, :2], s.budget.plan, edges)
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "meta": "path",
+        "x": encode(p[k, 0]),
+        "y": encode(p[k, 1]),
+        "customdata": encode(s.trajectory.time[k]),
+        "name": text(s.name or "path"),
+        "line": {"color": s.color, "width": 1.6},
+        "hovertemplate": "%{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m",
+    }
+
+
+def _stances(s: Subject, p: Array) -> list[Trace]:
+    middle = s.trajectory.stance_intervals().sum(1) // 2
+    middle = middle[:: -(-len(middle) // SHOWN_STANCES) or 1]
+    if not len(middle):
+        return []
+    return [
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "x": encode(p[middle, 0]),
+            "y": encode(p[middle, 1]),
+            "customdata": encode(s.trajectory.time[middle]),
+            "name": "stance",
+            "marker": {"color": "@surface", "size": 5, "line": {"color": s.color, "width": 1.3}},
+            "hovertemplate": "stance, %{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m",
+        }
+    ]
+
+
+def _ends(s: Subject, p: Array) -> list[Trace]:
+    good = np.flatnonzero(np.isfinite(p[:, :2]).all(1))
+    found = []
+    for k, name, symbol, fill in ((good[0], "start", "circle", "@2"), (good[-1], "end", "square", "@1")):
+        color = fill if s.alone else s.color
+        found.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "x": [float(p[k, 0])],
+                "y": [float(p[k, 1])],
+                "customdata": [float(s.trajectory.time[k])],
+                "name": name,
+                "showlegend": s.alone,
+                "marker": {"color": color, "size": 11, "symbol": symbol, "line": {"color": "@surface", "width": 1.5}},
+                "hovertemplate": f"{name}{' of ' + text(s.name) if s.name else ''}, "
+                "%{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m",
+            }
+        )
+    return found
+
+
+def _ellipses(s: Subject, centre: Array, covariance: Array) -> list[Trace]:
+    """95 % ellipses (K) around centres (K,2), as one trace of closed outlines."""
+    good = np.isfinite(centre).all(1) & np.isfinite(covariance).all((1, 2))
+    if not good.any():
+        return []
+    variance, axes = np.linalg.eigh(covariance[good])
+    angle = np.linspace(0, 2 * np.pi, 49)
+    unit = np.stack([np.cos(angle), np.sin(angle)])
+    shape = axes @ (np.sqrt(np.maximum(variance, 0))[:, :, None] * unit) * RADIUS_95
+    outline = np.full((good.sum(), 50, 2), np.nan)
+    outline[:, :49] = centre[good][:, None] + shape.transpose(0, 2, 1)
+    x, y = outline.reshape(-1, 2).T
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "x": encode(x),
+            "y": encode(y),
+            "name": "95 % ellipse",
+            "showlegend": s.alone,
+            "line": {"color": f"{s.color}/0.55", "width": 1},
+            "fill": "toself",
+            "fillcolor": f"{s.color}/0.12",
+            "hoverinfo": "skip",
+        }
+    ]
+
+
+def _reference(reference: Reference | None) -> list[Trace]:
+    """The reference: a line, with its points where they are few (footfalls, waypoints)."""
+    if reference is None:
+        return []
+    p = reference.position[:, :2]
+    few = len(p) <= 500 or reference.footfall is not None
+    k = np.flatnonzero(np.isfinite(p).all(1)) if few else path_indices(p, 6000)
+    if not len(k):
+        return []
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines+markers" if few else "lines",
+            "x": encode(p[k, 0]),
+            "y": encode(p[k, 1]),
+            "name": "reference",
+            "line": {"color": "@ink", "width": 1.3, "dash": "dot"},
+            "marker": {"color": "@ink", "size": 6, "symbol": "cross-thin-open"},
+            "hovertemplate": "reference<br>east %{x:.2f} m<br>north %{y:.2f} m",
+        }
+    ]

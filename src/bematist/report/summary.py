@@ -1,0 +1,198 @@
+"""The words and numbers of a page: cards, tables of methods and errors, warnings, parameters. All text is escaped here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from bematist.report.panels import Subject
+from bematist.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Evaluation
+
+DASH = "–"
+
+
+def number(value: object, unit: str = "", digits: int = 2) -> str:
+    """A number with its unit for a person; a dash where there is none."""
+    if not isinstance(value, (int, float)) or not math.isfinite(value):
+        return DASH
+    shown = f"{value:,.{digits}f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return f"{shown} {unit}".strip()
+
+
+def clock(seconds: float) -> str:
+    """A duration as a person says it."""
+    if not math.isfinite(seconds):
+        return DASH
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
+
+
+def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
+    """The summary of one trajectory."""
+    s = trajectory.summary()
+    stances = len(trajectory.stance_intervals())
+    found = [
+        ("Distance", number(s["distance_m"], "m", 1), "from stance to stance, in space"),
+        ("Duration", clock(s["duration_s"]), f"{number(s['samples'], '', 0)} samples at {rate(trajectory)}"),
+        ("Closure", number(s["closure_m"], "m"), _percent(s["closure_percent"], "of the distance, end to start")),
+        ("Height change", signed(s["height_change_m"], "m"), "end against start"),
+        ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
+        ("Stance", _percent(100 * s["stance_fraction"]), f"of the time, in {number(stances, '', 0)} phases"),
+        ("Processing", number(s["processing_s"], "s"), pace(trajectory)),
+    ]
+    if evaluation is not None:
+        error = evaluation.to_dict()
+        note = f"rms in plan, {evaluation.rows} {_matched(evaluation)}, alignment {evaluation.alignment}"
+        found.insert(3, ("Error to reference", number(error["ate_rmse_2d_m"], "m"), note))
+    return '<div class="cards">' + "".join(card(*row) for row in found) + "</div>"
+
+
+def card(label: str, value: str, note: str) -> str:
+    return (
+        f'<div class="card"><div class="label">{escape(label)}</div><div class="value">{escape(value)}</div>'
+        f'<div class="note">{escape(note)}</div></div>'
+    )
+
+
+def _matched(evaluation: Evaluation) -> str:
+    return "footfalls" if evaluation.matched == "footfalls" else "instants"
+
+
+def _percent(value: object, what: str = "") -> str:
+    return f"{number(value, '%', 1 if isinstance(value, float) and value >= 1 else 2)} {what}".strip()
+
+
+def signed(value: float, unit: str) -> str:
+    shown = number(value, unit)
+    return "+" + shown if value >= 0.005 else shown
+
+
+def rate(trajectory: Trajectory) -> str:
+    n, duration = len(trajectory) - 1, float(trajectory.time[-1] - trajectory.time[0])
+    return number(n / duration, "Hz", 0 if n / duration > 20 else 1) if n > 0 and duration > 0 else DASH
+
+
+def plan_sd(trajectory: Trajectory) -> str:
+    """Largest semi-axis of the ellipse at the end."""
+    xx, xy, _, yy = (float(v) for v in trajectory.packed_covariance[-1, :4])
+    if not math.isfinite(xy):
+        xy = 0.0
+    return number(math.sqrt(max(0.0, (xx + yy) / 2 + math.hypot((xx - yy) / 2, xy))), "m") if xx + yy >= 0 else DASH
+
+
+def pace(trajectory: Trajectory) -> str:
+    """Speed of the processing."""
+    spent = trajectory.processing_s
+    if not (math.isfinite(spent) and spent > 0):
+        return ""
+    times = float(trajectory.time[-1] - trajectory.time[0]) / spent
+    return f"{number(round(len(trajectory) / spent, -3), '', 0)} samples/s, {number(times, '', 0)} × real time"
+
+
+def about(trajectories: Sequence[Trajectory]) -> str:
+    """One line on each method, from the table of methods."""
+    from bematist.methods import METHODS
+
+    lines = []
+    for name in dict.fromkeys(t.method for t in trajectories if t.method):
+        known = METHODS.get(name)
+        said = f" {DASH} {escape(known.summary)}" if known else ""
+        lines.append(f"<li><b>{escape(name)}</b>{said}</li>")
+    return f'<ul class="about">{"".join(lines)}</ul>' if lines else ""
+
+
+def warnings(drawn: Sequence[Subject]) -> str:
+    """All warnings, each once."""
+    found = dict.fromkeys(w for s in drawn for w in s.trajectory.warnings)
+    if not found:
+        return ""
+    items = "".join(f"<li>{escape(w)}</li>" for w in found)
+    return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
+
+
+def methods_table(drawn: Sequence[Subject]) -> str:
+    """The methods side by side."""
+    head = "Method|Distance|Closure|of distance|Height change|1 σ at the end, plan|Stance|Phases|Processing".split("|")
+    rows = []
+    for s in drawn:
+        t = s.trajectory
+        m = t.summary()
+        cells = [
+            number(m["distance_m"], "m", 1),
+            number(m["closure_m"], "m"),
+            _percent(m["closure_percent"]),
+            signed(m["height_change_m"], "m"),
+            plan_sd(t),
+            _percent(100 * m["stance_fraction"]),
+            number(len(t.stance_intervals()), "", 0),
+            number(m["processing_s"], "s"),
+        ]
+        rows.append([_swatch(s), *map(escape, cells)])
+    return f"<section><h2>Methods side by side</h2>{table(head, rows)}</section>"
+
+
+def _swatch(s: Subject) -> str:
+    return f'<i class="swatch" style="background:var(--c{s.color[1:]})"></i>{escape(s.name)}'
+
+
+def errors_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | None]) -> str:
+    """Errors against the reference; the alignment stands in each name, as `Evaluation.table` gives it."""
+    known = [(s, e) for s, e in zip(drawn, evaluations, strict=True) if e is not None]
+    if not known:
+        return ""
+    columns = [{(name, unit): value for name, value, unit in e.table()} for _, e in known]
+    keys = list(dict.fromkeys(key for column in columns for key in column))
+    head = ["Error", *("Value" if s.alone else s.name for s, _ in known), "Unit"]
+    rows = [[escape(name), *(_value(c.get((name, unit))) for c in columns), escape(unit)] for name, unit in keys]
+    notes = dict.fromkeys(note for _, e in known for note in e.notes)
+    said = "".join(f"<p class='note'>{escape(note)}</p>" for note in notes)
+    shut = "" if len(drawn) > 1 else "<summary>Errors against the reference</summary>"
+    body = table(head, rows) + said
+    if shut:
+        return f'<details class="fold" open>{shut}{body}</details>'
+    return f"<section><h2>Errors against the reference</h2>{body}</section>"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, float):
+        return escape(number(value, "", 3))
+    return escape(DASH if value is None else str(value))
+
+
+def table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; `head` is text, the cells are HTML. The first column names the row."""
+    top = "".join(f"<th>{escape(h)}</th>" for h in head)
+    body = "".join(f"<tr><th>{r[0]}</th>" + "".join(f"<td>{c}</td>" for c in r[1:]) + "</tr>" for r in rows)
+    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def parameters(drawn: Sequence[Subject]) -> str:
+    """All parameters that were used, in a fold-out; where methods differ the row is marked."""
+    columns = [dict(_flat(s.trajectory.parameters)) for s in drawn]
+    keys = list(dict.fromkeys(key for column in columns for key in column))
+    if not keys:
+        return ""
+    head = ["Parameter", *("Value" if s.alone else s.name for s in drawn)]
+    rows = []
+    for key in keys:
+        values = [column.get(key, DASH) for column in columns]
+        mark = "<b>{}</b>" if len(set(values)) > 1 else "{}"
+        rows.append([mark.format(escape(key)), *(mark.format(escape(v)) for v in values)])
+    note = "<p class='note'>Bold: where the methods differ.</p>" if len(drawn) > 1 else ""
+    return f'<details class="fold"><summary>Parameters used</summary>{note}{table(head, rows)}</details>'
+
+
+def _flat(value: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    for key, item in value.items():
+        if isinstance(item, Mapping):
+            yield from _flat(item, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", f"{item:.6g}" if isinstance(item, float) else str(item)
