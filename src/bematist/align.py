@@ -36,7 +36,7 @@ class InitialParameters(Parameters):
     )
     tilt_sd: float = Field(math.radians(1.0), ge=0, description="Tilt after levelling on a rest, rad.")
     sway: float = Field(
-        math.radians(0.3),
+        math.radians(0.1),
         ge=0,
         description="How far a standing foot turns, rad: over a rest of T seconds the gyroscope's offset is known to this over T.",
     )

@@ -35,15 +35,15 @@ class NoiseParameters(Parameters):
     """Process noise of the filter: densities (the root of a PSD), not per-sample values (erratum of MAGINAV eq 23)."""
 
     angle_random_walk: float = Field(
-        math.radians(0.02),
+        math.radians(0.1),
         ge=0,
         description="White noise of the gyroscope, rad/s/√Hz. Larger: attitude follows the updates more.",
     )
     velocity_random_walk: float = Field(
         0.01, ge=0, description="White noise of the accelerometer, m/s²/√Hz. Larger: velocity follows the updates more."
     )
-    gyro_bias_walk: float = Field(2e-5, ge=0, description="Random walk of the gyroscope's offset, rad/s/√s.")
-    accel_bias_walk: float = Field(2e-4, ge=0, description="Random walk of the accelerometer's offset, m/s²/√s.")
+    gyro_bias_walk: float = Field(5e-6, ge=0, description="Random walk of the gyroscope's offset, rad/s/√s.")
+    accel_bias_walk: float = Field(5e-5, ge=0, description="Random walk of the accelerometer's offset, m/s²/√s.")
 
 
 class FootParameters(Parameters):

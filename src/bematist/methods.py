@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -36,7 +37,10 @@ METHODS: dict[str, Method] = {
             "The default for a shoe: zero velocity believed by how quiet the stance is, walking and running alike.",
             "bematist",
             "MAGINAV 1-3, 7, 14-24; noise following the stance statistic",
-            _foot(stance={"rule": "relative"}, zero_velocity={"sd": 0.01}),
+            _foot(
+                stance={"rule": "relative", "window_s": 0.05},
+                noise={"angle_random_walk": math.radians(0.2), "velocity_random_walk": 0.1},
+            ),
         ),
         Method(
             "zupt",

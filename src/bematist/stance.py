@@ -25,7 +25,7 @@ DETECTORS = {
 }
 RULES = {"absolute": kernel.ABSOLUTE, "relative": kernel.RELATIVE}
 
-DEFAULT_THRESHOLDS = {"shoe": 100.0, "ared": 60.0, "amvd": 2.0, "amag": 2.0, "gyro": 0.6}
+DEFAULT_THRESHOLDS = {"shoe": 150.0, "ared": 60.0, "amvd": 2.0, "amag": 2.0, "gyro": 0.6}
 """A threshold for walking, one per detector; the statistic of `gyro` is in rad/s, the others have no unit."""
 
 
@@ -38,7 +38,7 @@ class StanceParameters(Parameters):
         "amag (magnitude of the specific force), gyro (rms angular rate in rad/s, Li & Wang eq 35).",
     )
     window_s: float = Field(
-        0.025,
+        0.035,
         gt=0,
         le=5,
         description="Window, s, centred on the judged sample; an odd number of samples. Longer is smoother and later, and cuts the "
@@ -64,12 +64,12 @@ class StanceParameters(Parameters):
         "shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
     )
     floor: float = Field(
-        50.0,
+        5.0,
         gt=0,
         description="Relative rule: the least statistic that is told from stillness. Larger: more of a walking stance is taken.",
     )
     ratio: float = Field(
-        3.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least."
+        2.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least."
     )
     lookaround_s: float = Field(
         0.4,

@@ -14,7 +14,7 @@ class ZeroVelocityParameters(Parameters):
     """In stance the velocity is zero (MAGINAV eqs 21-24)."""
 
     sd: float = Field(
-        0.02,
+        0.01,
         gt=0,
         description="Standard deviation of the velocity of a standing foot, m/s; with the relative stance rule, at its floor. Smaller: "
         "a rolling foot shortens the path; larger: the path drifts.",
