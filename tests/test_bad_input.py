@@ -16,9 +16,9 @@ import numpy as np
 import polars as pl
 import pytest
 
+from bad_walk import Columns, G, csv, walk
 from bematist.cli import main
 from bematist.trajectory import COLUMNS
-from walks import Columns, G, csv, walk
 
 FILES = {"trajectory.parquet", "trajectory.csv", "summary.json", "config.toml"}
 FORCE, RATE, FIELD = ("fx", "fy", "fz"), ("wx", "wy", "wz"), ("mx", "my", "mz")
