@@ -73,12 +73,11 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], *, right: Sequen
     return t
 
 
-def facts(rows: Iterable[tuple[str, str]], *, title: str = "") -> Table:
+def facts(rows: Iterable[tuple[str, str]]) -> Table:
     """Names and values in two columns."""
     from rich.table import Table
 
     t = Table.grid(padding=(0, 2))
-    t.title, t.title_justify, t.title_style = title or None, "left", "bold"
     t.add_column(style="cyan", no_wrap=True)
     t.add_column(overflow="fold")
     for name, value in rows:

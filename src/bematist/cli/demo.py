@@ -12,14 +12,14 @@ from bematist.outputs import results_folder
 METHODS = ("foot", "zupt", "maginav")
 
 
-def run(folder: Path, seed: int, *, quiet: bool = False) -> None:
+def run(folder: Path, scenario: str, seed: int, *, quiet: bool = False) -> None:
     """Simulate, track, compare; the folder then holds recording.csv, truth.csv, report.html and each method's results."""
     from bematist.io import read, write_recording, write_reference
     from bematist.simulate import simulate
 
     with results_folder(folder) as place:
         with progress("simulating a walk", quiet=quiet):
-            walk = simulate("campus", "lsm9ds1", seed)
+            walk = simulate(scenario, "lsm9ds1", seed)
             write_recording(walk, place / "recording.csv")
         assert walk.reference is not None
         write_reference(walk.reference, place / "truth.csv")

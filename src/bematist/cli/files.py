@@ -116,10 +116,11 @@ def simulate(
 @app.command()
 def demo(
     folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of the results.", metavar="DIR")] = Path("demo"),
+    scenario: Annotated[str, typer.Option("--scenario", help="The walk.", metavar="NAME")] = "campus",
     seed: Annotated[int, typer.Option("--seed", help="Of the random numbers.", min=0)] = 0,
     quiet: options.Quiet = False,
 ) -> None:
     """Simulate a walk, track it by three methods, leave a report."""
     from bematist.cli.demo import run
 
-    run(folder, seed, quiet=quiet)
+    run(folder, scenario, seed, quiet=quiet)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -44,41 +43,15 @@ def info(
 
     Sensors and their rates, gaps, jitter, saturation, rest, units and why they were taken for what they are.
     """
-    from bematist.inspect import describe
+    from bematist.inspect import describe, lines
 
     data = Reading.given(format, columns, axes, units, clock).read(recording)
     found = describe(data)
     if json:
         sys.stdout.write(to_json(found))
         return
-    warnings = found.pop("warnings", ())
-    output().print(facts(_rows(found)))
-    warn(warnings)
-
-
-def _rows(found: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in found.items():
-        name = prefix + key.replace("_", " ")
-        if isinstance(value, Mapping):
-            yield from _rows(value, f"{name}, ")
-        elif isinstance(value, (list, tuple)) and value and not isinstance(value[0], (int, float)):
-            for entry in value:
-                yield name, _text(entry)
-                name = ""
-        elif value not in (None, [], ()):
-            yield name, _text(value)
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.5g}"
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k.replace('_', ' ')} {_text(v)}" for k, v in value.items())
-    if isinstance(value, (list, tuple)):
-        return ", ".join(_text(v) for v in value)
-    return f"{value:,}" if isinstance(value, int) else str(value)
+    output().print(facts(line for line in lines(found) if line[0] != "warning"))
+    warn(data.warnings)
 
 
 @app.command()

@@ -139,7 +139,8 @@ def track(
         with progress("writing", quiet=quiet):
             summary = write_results(place, trajectory, reading, reference=truth, evaluation=_found(evaluation), report=report)
     if not quiet:
-        output().print(facts(summary_facts(summary, trajectory, _found(evaluation)), title=_headline(summary)))
+        output().print(_headline(summary), style="bold", soft_wrap=True)
+        output().print(facts(summary_facts(summary, trajectory, _found(evaluation))))
         written = "report.html" if report else "trajectory.csv"
         output().print(f"Results in {folder}/, see {folder / written}", soft_wrap=True)
         warn(trajectory.warnings)
@@ -180,8 +181,8 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
     percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
     east, north, up = summary["position_sd_m"]
     rows = [
-        ("distance", f"{summary['distance_m']:.2f} m"),
-        ("start to end", f"{summary['closure_m']:.2f} m{percent}"),
+        ("distance", f"{summary['distance_m']:,.2f} m"),
+        ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
         ("height change", f"{summary['height_change_m']:+.2f} m"),
         ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),
         ("stance", f"{100 * summary['stance_fraction']:.0f} % of the time, {len(trajectory.stance_intervals())} phases"),
@@ -307,7 +308,6 @@ def comparison_table(rows: list[dict[str, Any]]) -> Any:
         ("rms plan m", "ate_rmse_2d_m", "{:.3f}"),
         ("rms height m", "ate_rmse_height_m", "{:.3f}"),
         ("end point m", "end_point_m", "{:.3f}"),
-        ("time s", "processing_s", "{:.2f}"),
     ]
     shown = [c for c in columns if any(row.get(c[1]) is not None for row in rows)]
     aligned = rows[0].get("alignment")

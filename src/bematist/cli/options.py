@@ -126,7 +126,7 @@ def read_truth(path: Path | None, recording: Recording) -> Reference | None:
         return recording.reference
     from bematist.io import read_reference
 
-    return read_reference(path)
+    return read_reference(path, start_ns=recording.start_ns)
 
 
 def folder_for(recording: Path, wanted: Path | None, suffix: str = "") -> Path:
