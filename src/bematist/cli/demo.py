@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bematist.cli.compare import comparison_table, write_comparison
 from bematist.cli.console import output, progress, warn
-from bematist.cli.navigate import Job, comparison_table, judge, write_comparison
+from bematist.cli.job import Job, judge
 from bematist.cli.options import Reading
 from bematist.outputs import results_folder
 

@@ -55,6 +55,10 @@ Align = Annotated[
     str,
     typer.Option("--align", help="How the path is laid over the reference first.", metavar="|".join(ALIGNMENTS)),
 ]
+Heading = Annotated[
+    float | None,
+    typer.Option("--heading", help="Heading of the sensor's x axis at the start, degrees clockwise from North.", metavar="DEG"),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 

@@ -1,0 +1,77 @@
+"""A method with its changed parameters, run on a recording and judged against its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from bematist import config
+from bematist.cli.console import progress
+from bematist.cli.options import ALIGNMENTS
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Evaluation
+    from bematist.recording import Recording, Reference
+    from bematist.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be run: a method and the parameters that differ from its own."""
+
+    method: str
+    changes: Mapping[str, Any]
+
+    def check(self) -> Job:
+        """This job, when method and parameters exist and fit; a recording is only read after that."""
+        from bematist.methods import find_method
+
+        config.changed(find_method(self.method).parameters, self.changes)
+        return self
+
+    def run(self, recording: Recording, *, chunk: int | None = None, quiet: bool = False) -> Trajectory:
+        """The trajectory of a recording."""
+        from bematist.methods import find_method, track
+
+        parameters = config.changed(find_method(self.method).parameters, self.changes)
+        with progress(f"tracking with {self.method}", quiet=quiet) as tell:
+            found = track(
+                recording,
+                self.method,
+                config=parameters.model_dump(),
+                chunk=chunk,
+                progress=lambda done, total: tell(done / max(total, 1)),
+            )
+        return replace(found, warnings=tuple(dict.fromkeys([*recording.warnings, *found.warnings])))
+
+
+def changes_from(stored: Mapping[str, Any], sets: list[str] | None, heading: float | None) -> dict[str, Any]:
+    """Parameters of a stored configuration, then `--set`, then `--heading`."""
+    north = {} if heading is None else {"initial": {"heading_deg": heading}}
+    return config.merge(stored, config.assignments(sets or []), north)
+
+
+def judge(trajectory: Trajectory, truth: Reference | None, *, align: str = "yaw", required: bool = False) -> Evaluation | str | None:
+    """The evaluation against the reference, None without one; why not, where a reference that came along does not fit."""
+    if truth is None:
+        return None
+    from bematist.errors import DataError
+    from bematist.evaluate import evaluate
+
+    try:
+        return evaluate(trajectory, truth, align=config.choose("alignment", align, ALIGNMENTS))  # pyright: ignore[reportArgumentType]
+    except DataError as error:
+        if required:
+            raise
+        return f"The reference that came with the recording was left out: {error}"
+
+
+def found_in(evaluation: Evaluation | str | None) -> Evaluation | None:
+    return None if isinstance(evaluation, str) else evaluation
+
+
+def noted(trajectory: Trajectory, evaluation: Evaluation | str | None) -> Trajectory:
+    if isinstance(evaluation, str):
+        return replace(trajectory, warnings=(*trajectory.warnings, evaluation))
+    return trajectory

@@ -1,0 +1,135 @@
+"""`track`: from a recording to its path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bematist import config
+from bematist.cli import options
+from bematist.cli.app import app
+from bematist.cli.console import facts, output, progress, seconds, warn
+from bematist.cli.job import Job, changes_from, found_in, judge, noted
+from bematist.cli.options import Reading
+from bematist.cli.results import write_results
+from bematist.errors import UsageError
+from bematist.outputs import results_folder
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Evaluation
+    from bematist.trajectory import Trajectory
+
+DEFAULT_METHOD = "foot"
+CONFIG_KEYS = ("version", "recording", "method", "reading", "parameters")
+
+
+@app.command()
+def track(
+    recording: options.RecordingPath,
+    method: Annotated[
+        str | None, typer.Option("--method", "-m", help='Method, see "bematist methods".  [default: foot]', metavar="NAME")
+    ] = None,
+    output_folder: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Folder of the results; without it, named after the recording.", metavar="DIR"),
+    ] = None,
+    configuration: Annotated[
+        Path | None, typer.Option("--config", help="Parameters from a file, such as the config.toml of a result.", metavar="FILE.toml")
+    ] = None,
+    sets: options.Set = None,
+    axes: options.Axes = None,
+    units: options.Units = None,
+    clock: options.Clock = None,
+    columns: options.Columns = None,
+    format: options.Format = None,
+    heading: options.Heading = None,
+    chunk: Annotated[
+        int | None,
+        typer.Option("--chunk", min=1, help="Feed this many samples at a time; the result is the same.", metavar="N"),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    reference: options.ReferencePath = None,
+    quiet: options.Quiet = False,
+) -> None:
+    """Track a recording: its path, how sure it is, and a report.
+
+    Writes trajectory.parquet, trajectory.csv, summary.json, config.toml (everything that was used; give it back with
+    --config) and report.html.
+    """
+    stored = _stored(configuration)
+    reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"))
+    changes = changes_from(stored.get("parameters", {}), sets, heading)
+    job = Job(_method(method, stored, configuration), changes).check()
+    folder = options.folder_for(recording, output_folder)
+    with results_folder(folder) as place:
+        data = reading.read(recording)
+        truth = options.read_truth(reference, data)
+        trajectory = job.run(data, chunk=chunk, quiet=quiet)
+        evaluation = judge(trajectory, truth, required=reference is not None)
+        trajectory = noted(trajectory, evaluation)
+        with progress("writing", quiet=quiet):
+            summary = write_results(place, trajectory, reading, reference=truth, evaluation=found_in(evaluation), report=report)
+    if not quiet:
+        output().print(_headline(summary), style="bold", soft_wrap=True)
+        output().print(facts(summary_facts(summary, trajectory, found_in(evaluation))))
+        written = "report.html" if report else "trajectory.csv"
+        output().print(f"Results in {folder}/, see {folder / written}", soft_wrap=True)
+        warn(trajectory.warnings)
+
+
+def _stored(path: Path | None) -> dict[str, Any]:
+    """The configuration file, its keys checked."""
+    if path is None:
+        return {}
+    stored = config.read_toml(path)
+    for key in stored:
+        if key not in CONFIG_KEYS:
+            raise UsageError(
+                f'{path}: there is no key "{key}".{config.closest(key, CONFIG_KEYS)} A configuration holds method, [reading] '
+                "and [parameters.…], as config.toml of any result does."
+            )
+    return stored
+
+
+def _method(wanted: str | None, stored: Mapping[str, Any], path: Path | None) -> str:
+    method = stored.get("method", wanted or DEFAULT_METHOD)
+    if wanted and wanted != method:
+        raise UsageError(
+            f'{path} was written for the method "{method}", not "{wanted}". Leave out --method, or remove "method" and the '
+            "parameters that are not yours from the file."
+        )
+    return method
+
+
+def _headline(summary: Mapping[str, Any]) -> str:
+    name = Path(summary["source"]).name or "recording"
+    return f"{name} · {summary['method']} · {seconds(summary['duration_s'])}, {summary['samples']:,} samples"
+
+
+def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation: Evaluation | None = None) -> list[tuple[str, str]]:
+    """The summary for a person."""
+    percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
+    east, north, up = summary["position_sd_m"]
+    rows = [
+        ("distance", f"{summary['distance_m']:,.2f} m"),
+        ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
+        ("height change", f"{summary['height_change_m']:+.2f} m"),
+        ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),
+        ("stance", f"{100 * summary['stance_fraction']:.0f} % of the time, {len(trajectory.stance_intervals())} phases"),
+        ("processing", seconds(summary["processing_s"])),
+    ]
+    if evaluation is not None:
+        rows.append(("against truth", error_text(evaluation)))
+    return rows
+
+
+def error_text(evaluation: Evaluation) -> str:
+    """The error against the reference in one line."""
+    found = evaluation.to_dict()
+    text = f"{found['ate_rmse_2d_m']:.2f} m rms in plan"
+    if found["ate_rmse_height_m"] is not None:
+        text += f", {found['ate_rmse_height_m']:.2f} m in height"
+    return f"{text} (aligned by {found['alignment']}, {found['rows']:,} points)"
