@@ -79,6 +79,8 @@ def read(
     if format is not None and format not in FORMATS:
         raise UsageError(f'There is no format "{format}". Formats: {", ".join(FORMATS)}.')
     chosen = FORMATS[format] if format else sniff(path)
+    if format and not chosen.load().sniff(head):
+        raise DataError(f"{path}: this does not look like {chosen.name} ({chosen.summary}). Leave the format out to have it found.")
     return assemble(chosen.load().read(head), axes=axes, units=units, clock=clock)
 
 

@@ -12,6 +12,7 @@ from bematist.errors import DataError
 from bematist.frames import axes_matrix
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.scale import check_forced, factor, time_factor
+from bematist.io.suspect import warnings_of
 from bematist.recording import Recording
 
 Array = NDArray[np.float64]
@@ -57,6 +58,7 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
             if name in scaled:
                 scaled[name] = scaled[name] @ M.T
         raw.notes.append(f'Axes: turned by "{axes}"')
+    raw.warnings.extend(warnings_of(time, scaled["specific_force"], scaled["angular_rate"]))
     extra: dict[str, object] = {}
     if "magnetic_flux_density" in clocks:
         c = clocks["magnetic_flux_density"]
@@ -103,12 +105,12 @@ def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
         a, g = used["specific_force"], used["angular_rate"]
         both = a if np.array_equal(a, g) else np.union1d(a, g)
         if len(a) + len(g) - len(both) >= 0.9 * min(len(a), len(g)):
-            values = np.concatenate([force.values[both], rate.values[both]], 1)
+            values = np.concatenate([_pick(force.values, both), _pick(rate.values, both)], 1)
             done = _repair(raw, "specific_force", both, values, mode, wrap, "time")
             raw.notes.append(f"Clock: {done.note}")
             for name in ("specific_force", "angular_rate"):
                 clocks[name] = done
-                raw.streams[name].values = raw.streams[name].values[done.rows]
+                raw.streams[name].values = _pick(raw.streams[name].values, done.rows)
     for name, rows in used.items():
         stream = raw.streams[name]
         if name in clocks or not len(rows):
@@ -117,11 +119,17 @@ def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
         shared = _shared(clock, rows, stream) if clock is not None and stream.stamps is force.stamps else None
         if shared is None:
             label = "time" if name == "specific_force" else f"{WORDS[name]} time"
-            shared = _repair(raw, name, rows, stream.values[rows], mode, wrap, label)
+            shared = _repair(raw, name, rows, _pick(stream.values, rows), mode, wrap, label)
             raw.notes.append(f"Clock of the {WORDS[name]}: {shared.note}")
         clocks[name] = shared
-        stream.values = stream.values[shared.rows]
+        stream.values = _pick(stream.values, shared.rows)
     return clocks
+
+
+def _pick(values: Array, rows: Rows) -> Array:
+    """Rows of a table, which is not copied when all are asked for in order."""
+    whole = len(rows) == len(values) and (not len(rows) or (rows[0] == 0 and np.all(np.diff(rows) == 1)))
+    return values if whole else values[rows]
 
 
 def _shared(clock: Clock, rows: Rows, stream: Stream) -> Clock | None:
@@ -153,16 +161,14 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
         stream = raw.streams.get(name)
         if stream is None:
             continue
-        finite = np.isfinite(stream.values)
-        whole: NDArray[np.bool_] = np.asarray(finite.all(1))
-        partial = finite.any(1) & ~whole
-        if partial.any():
-            raw.warnings.append(f"{partial.sum()} {WORDS[name]} samples with a part missing were left out.")
-            stream.values[partial] = np.nan
-        if np.isinf(stream.values).any():
-            stream.values[np.isinf(stream.values)] = np.nan
+        whole = np.isfinite(stream.values.sum(1))
+        broken = np.flatnonzero(~whole)
+        partial = broken[np.isfinite(stream.values[broken]).any(1)]
+        if len(partial):
+            raw.warnings.append(f"{len(partial)} {WORDS[name]} samples with a part missing were left out.")
+        stream.values[broken] = np.nan
         used[name] = np.flatnonzero(whole)
-        gone = len(whole) - int(whole.sum())
+        gone = len(broken)
         if gone and name in ("specific_force", "angular_rate"):
             raw.notes.append(f"Rows without a sample of the {WORDS[name]}: {gone} of {len(whole)}")
     return used

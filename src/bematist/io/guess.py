@@ -17,14 +17,21 @@ TOLERANCE = 0.2
 RATE_LIMIT = 60.0
 """rad/s (3400 °/s): no body-worn sensor turns faster for long, and few measure more."""
 RATE_FLOOR = 0.35
-"""rad/s (20 °/s): a peak below it in a recording that moves is doubtful."""
+"""rad/s (20 °/s): a smaller peak is worth a closer look."""
+JUDGED = 50000
+"""Samples that are judged by the turning of gravity."""
 FIELD_UT = (5.0, 200.0)
 """µT: what a magnetometer near people reads, iron included (the Earth alone: 22 to 67)."""
 
 
+def norms(vectors: Array) -> Array:
+    """Norms (N,) of (N,3)."""
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+
+
 def rest_norm(force: Array, window: int = 50) -> float:
     """Median norm of (N,3) over the quietest tenth of windows: gravity in the file's unit."""
-    norm = np.linalg.norm(force, axis=1)
+    norm = norms(force)
     norm = norm[np.isfinite(norm)]
     if not len(norm):
         return float("nan")
@@ -44,7 +51,7 @@ def unit_of(name: str, values: Mapping[str, Array], time: Array) -> tuple[str, s
     if name == "angular_rate":
         return _rate_unit(values["specific_force"], values[name], time)
     if name == "magnetic_flux_density":
-        return _field_unit(float(np.nanmedian(np.linalg.norm(values[name], axis=1))))
+        return _field_unit(float(np.nanmedian(norms(values[name]))))
     middle = float(np.nanmedian(np.abs(values[name])))
     unit = min(units.PRESSURE, key=lambda u: abs(np.log(max(middle, 1e-12) * units.PRESSURE[u] / 1e5)))
     return unit, f"its middle value is {middle:.4g}"
@@ -60,7 +67,7 @@ def _force_unit(norm: float) -> tuple[str, str]:
 
 def _rate_unit(force: Array, rate: Array, time: Array) -> tuple[str, str]:
     """deg/s or rad/s. First by gravity, which must turn as the gyroscope says; else by the size of the peaks."""
-    peak = float(np.nanquantile(np.linalg.norm(rate, axis=1), 0.999)) if np.isfinite(rate).any() else 0.0
+    peak = peak_rate(rate)
     errors = {u: gravity_mismatch(force, rate * units.ANGULAR_RATE[u], time) for u in ("rad/s", "deg/s")}
     best, other = sorted(errors, key=lambda u: errors[u])
     if np.isfinite(errors[best]) and errors[best] < 0.4 * errors[other]:
@@ -72,13 +79,21 @@ def _rate_unit(force: Array, rate: Array, time: Array) -> tuple[str, str]:
     return "rad/s", f"its peak is {peak:.4g}"
 
 
+def peak_rate(rate: Array) -> float:
+    """The norm of (N,3) that one sample in a thousand exceeds."""
+    norm = norms(rate)
+    norm = norm[np.isfinite(norm)]
+    k = max(0, len(norm) - 1 - len(norm) // 1000)
+    return float(np.partition(norm, k)[k]) if len(norm) else 0.0
+
+
 def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
     """Median angle (rad) between the gravity that the gyroscope predicts over a tenth of a second and the one measured.
 
     Only instants whose norm is near gravity count, and those where the sensor tilts: NaN where there are fewer than 20.
     """
     good = np.isfinite(force).all(1) & np.isfinite(rate_rad_s).all(1)
-    f, w, t = force[good][:100000], rate_rad_s[good][:100000], time[good][:100000]
+    f, w, t = force[good][:JUDGED], rate_rad_s[good][:JUDGED], time[good][:JUDGED]
     if len(t) < 100:
         return float("nan")
     step = float(np.median(np.diff(t)))
@@ -126,10 +141,12 @@ def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str
         far = norm > 0 and abs(norm / STANDARD_GRAVITY - 1) > TOLERANCE
         return f"its norm at rest would be {norm:.4g} m/s² where gravity has 9.8" if far else ""
     if name == "angular_rate":
+        if RATE_FLOOR < peak_rate(si) < RATE_LIMIT:
+            return ""
         unit, why = unit_of(name, {"specific_force": values["specific_force"], name: si}, time)
         return "" if unit == "rad/s" else f"that does not fit the motion ({why})"
     if name == "magnetic_flux_density":
-        norm = float(np.nanmedian(np.linalg.norm(si, axis=1)))
+        norm = float(np.nanmedian(norms(si)))
         return "" if FIELD_UT[0] < norm < FIELD_UT[1] else f"its middle norm would be {norm:.4g} µT"
     return ""
 
@@ -158,3 +175,24 @@ def doubt_time(seconds: Array) -> str:
     if middle < 2e-5:
         return f"The steps of time are {middle:.3g} s, a rate of {1 / middle:.3g} Hz. Check the unit of the time column."
     return ""
+
+
+def saturated(values: Array) -> list[tuple[int, float, int]]:
+    """Axes of (N,C) that stay at their extreme: (axis, extreme, samples there).
+
+    A sensor at the end of its range repeats one value, sample after sample, that it never passes. An axis that is there half of the
+    time is stuck, which is another thing.
+    """
+    found = []
+    for axis in range(values.shape[1]):
+        x = values[:, axis]
+        if not np.isfinite(x).any():
+            continue
+        for extreme in (float(np.nanmax(x)), float(np.nanmin(x))):
+            there = np.flatnonzero(x == extreme)
+            if len(there) < 3 or len(there) > len(x) // 2 or extreme == 0:
+                continue
+            runs = np.flatnonzero((there[2:] - there[:-2]) == 2)
+            if len(runs) and abs(extreme) > 3 * np.nanmedian(np.abs(x - np.nanmedian(x))):
+                found.append((axis, extreme, len(there)))
+    return found

@@ -52,8 +52,8 @@ def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced
             "directions hold, the norm in µT does not."
         )
         return FIELD_OF_AU_UT
-    found, why = guess.unit_of(name, values, time)
     if unit is None:
+        found, why = guess.unit_of(name, values, time)
         raw.notes.append(f"Units of the {word}: {found}, guessed: {why}")
         raw.warnings.append(
             f"The unit of the {word} is not stated; it was taken for {found} ({why}). Force another with --units {name}=UNIT."
@@ -62,6 +62,7 @@ def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced
     raw.notes.append(f"Units of the {word}: {unit}, {raw.unit_source}")
     doubt = guess.doubt(name, values[name] * UNITS[name][unit], values, time)
     if doubt:
+        found, why = guess.unit_of(name, values, time)
         likely = f" The values look like {found} ({why}): if so, give --units {name}={found}." if found != unit else ""
         raw.warnings.append(f"The {word} is in {unit} ({raw.unit_source}), but {doubt}.{likely}")
     return UNITS[name][unit]

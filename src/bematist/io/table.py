@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import mmap
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -83,7 +84,8 @@ def _fast(
 ) -> pl.DataFrame | None:
     import polars as pl
 
-    keys = [f"{i}" for i in range(len(names))]
+    blank = _blank_cells(head, first, len(names), separator)
+    keys = [f"{i}" for i in range(len(names) + blank)]
     picked = {keys[list(names).index(name)]: name for name in wanted}
     schema = {key: pl.Float64 if key in picked else pl.String for key in keys}
     try:
@@ -92,15 +94,28 @@ def _fast(
             has_header=False,
             skip_lines=first + 1,
             schema=schema,
-            columns=list(picked),
+            columns=None if len(picked) == len(keys) else [int(key) for key in picked],
             separator=separator,
-            comment_prefix=comment,
+            # Looking for comments costs half as much again as reading.
+            comment_prefix=comment if _contains(head, comment) else None,
             null_values=NO_VALUE,
             decimal_comma=comma,
         )
     except (pl.exceptions.PolarsError, OSError, ValueError):
         return None
     return frame.rename(picked).with_columns(pl.all().fill_null(float("nan")))
+
+
+def _blank_cells(head: Head, first: int, columns: int, separator: str) -> int:
+    """Empty cells after the last column: some loggers end each row with a separator."""
+    row = next((line for line in head.lines[first + 1 : first + 50] if line.count(separator) >= columns - 1), "")
+    cells = row.split(separator)[columns:]
+    return len(cells) if not any(c.strip() for c in cells) else 0
+
+
+def _contains(head: Head, comment: str) -> bool:
+    with head.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return not head.is_utf8 or content.find(comment.encode()) >= 0
 
 
 def _text(head: Head) -> str:
