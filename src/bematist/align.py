@@ -28,26 +28,26 @@ class InitialParameters(Parameters):
     """The rest at the start: its average levels the sensor, gives the gyroscope's offset and the undisturbed field."""
 
     longest_s: float = Field(
-        10.0, gt=0, description="At most this much of the start is looked at, s; a live filter answers from then on."
+        default=10.0, gt=0, description="At most this much of the start is looked at, s; a live filter answers from then on."
     )
-    shortest_s: float = Field(0.3, gt=0, description="A shorter rest, s, is not averaged for the gyroscope's offset.")
+    shortest_s: float = Field(default=0.3, gt=0, description="A shorter rest, s, is not averaged for the gyroscope's offset.")
     rest_statistic: float = Field(
-        5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
+        default=5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
     )
-    tilt_sd: float = Field(math.radians(1.0), ge=0, description="Tilt after levelling on a rest, rad.")
+    tilt_sd: float = Field(default=math.radians(1.0), ge=0, description="Tilt after levelling on a rest, rad.")
     sway: float = Field(
-        math.radians(0.1),
+        default=math.radians(0.1),
         ge=0,
         description="How far a standing foot turns, rad: over a rest of T seconds the gyroscope's offset is known to this over T.",
     )
-    accel_bias_sd: float = Field(0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
-    gyro_bias_sd: float = Field(math.radians(1.0), ge=0, description="Gyroscope offset before the rest, rad/s.")
+    accel_bias_sd: float = Field(default=0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
+    gyro_bias_sd: float = Field(default=math.radians(1.0), ge=0, description="Gyroscope offset before the rest, rad/s.")
     heading_deg: float | None = Field(
-        None,
+        default=None,
         description="Heading of the sensor's x axis at the start, degrees clockwise from North; none: see `earth_field`.",
     )
     earth_field: tuple[float, float, float] | None = Field(
-        None,
+        default=None,
         description="Earth's field, µT, East, North, Up: with it and a magnetometer the start is aligned to North by TRIAD. Without it and "
         "without `heading_deg` the sensor's x axis starts along East.",
     )
@@ -135,9 +135,7 @@ def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gr
     return first, min(first + n, len(rows)), False
 
 
-def initial_alignment(
-    rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float
-) -> Alignment:
+def initial_alignment(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float) -> Alignment:
     """Level, aim and calibrate on the rest at the start of sample rows (K,10), the first `longest_s` of a recording.
 
     A recording that begins in motion is levelled on its quietest tenth of a second, and turned back from there by the gyroscope.
@@ -202,18 +200,14 @@ def _mean_field(rows: Array, C: Array) -> Array | None:
     return C @ m.mean(0) if len(m) else None
 
 
-def _aim(
-    attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]
-) -> tuple[Array, Array]:
+def _aim(attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]) -> tuple[Array, Array]:
     """Give a levelled attitude its heading; also the turn about up (3,3) that did it."""
     yaw = 0.0
     if parameters.heading_deg is not None:
         yaw = float(yaw_from_heading_deg(parameters.heading_deg))
     elif parameters.earth_field is not None:
         if field is None:
-            warnings.append(
-                "Earth's field was given but the magnetometer has no sample in the first rest: the heading starts at East."
-            )
+            warnings.append("Earth's field was given but the magnetometer has no sample in the first rest: the heading starts at East.")
         else:
             C = matrix_from_quaternion(attitude)
             aimed = triad(up, C.T @ field, np.array([0.0, 0.0, 1.0]), np.array(parameters.earth_field))

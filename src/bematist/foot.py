@@ -14,7 +14,7 @@ from pydantic import Field
 from bematist import stance
 from bematist.align import Alignment, InitialParameters, initial_alignment
 from bematist.earth import STANDARD_GRAVITY
-from bematist.errors import DataError
+from bematist.errors import DataError, UsageError
 from bematist.kernels import foot as kernel
 from bematist.parameters import Parameters
 from bematist.recording import Recording
@@ -35,30 +35,30 @@ class NoiseParameters(Parameters):
     """Process noise of the filter: densities (the root of a PSD), not per-sample values (erratum of MAGINAV eq 23)."""
 
     angle_random_walk: float = Field(
-        math.radians(0.1),
+        default=math.radians(0.1),
         ge=0,
         description="White noise of the gyroscope, rad/s/√Hz. Larger: attitude follows the updates more.",
     )
     velocity_random_walk: float = Field(
-        0.01, ge=0, description="White noise of the accelerometer, m/s²/√Hz. Larger: velocity follows the updates more."
+        default=0.01, ge=0, description="White noise of the accelerometer, m/s²/√Hz. Larger: velocity follows the updates more."
     )
-    gyro_bias_walk: float = Field(5e-6, ge=0, description="Random walk of the gyroscope's offset, rad/s/√s.")
-    accel_bias_walk: float = Field(5e-5, ge=0, description="Random walk of the accelerometer's offset, m/s²/√s.")
+    gyro_bias_walk: float = Field(default=5e-6, ge=0, description="Random walk of the gyroscope's offset, rad/s/√s.")
+    accel_bias_walk: float = Field(default=5e-5, ge=0, description="Random walk of the accelerometer's offset, m/s²/√s.")
 
 
 class FootParameters(Parameters):
     """Everything that the foot-mounted filter can be told."""
 
     states: Literal[9, 15] = Field(
-        15, description="15: attitude, velocity, position and both offsets (MAGINAV eq 18). 9: without the offsets."
+        default=15, description="15: attitude, velocity, position and both offsets (MAGINAV eq 18). 9: without the offsets."
     )
-    gravity: float = Field(STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
-    stance: StanceParameters = StanceParameters()  # pyright: ignore[reportCallIssue]
-    zero_velocity: ZeroVelocityParameters = ZeroVelocityParameters()  # pyright: ignore[reportCallIssue]
-    magnetic: MagneticParameters = MagneticParameters()  # pyright: ignore[reportCallIssue]
-    initial: InitialParameters = InitialParameters()  # pyright: ignore[reportCallIssue]
-    noise: NoiseParameters = NoiseParameters()  # pyright: ignore[reportCallIssue]
-    gap: GapParameters = GapParameters()  # pyright: ignore[reportCallIssue]
+    gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
+    stance: StanceParameters = StanceParameters()
+    zero_velocity: ZeroVelocityParameters = ZeroVelocityParameters()
+    magnetic: MagneticParameters = MagneticParameters()
+    initial: InitialParameters = InitialParameters()
+    noise: NoiseParameters = NoiseParameters()
+    gap: GapParameters = GapParameters()
 
 
 class FootIns:
@@ -84,17 +84,13 @@ class FootIns:
 
     # -- batch -----------------------------------------------------------------------------------------------------------
 
-    def run(
-        self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None
-    ) -> Trajectory:
+    def run(self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None) -> Trajectory:
         """The trajectory of a whole recording, fed in chunks of `chunk` samples (default: a few seconds' work at a time).
 
         progress is called with the number of samples done and of all. Raises DataError where the recording cannot be processed.
         """
         if len(recording) < 2:
-            raise DataError(
-                f"{recording.source or 'The recording'}: {len(recording)} sample(s) make no path. Record for longer."
-            )
+            raise DataError(f"{recording.source or 'The recording'}: {len(recording)} sample(s) make no path. Record for longer.")
         started = time.perf_counter()
         rows = recording.samples()
         n = len(rows)
@@ -112,6 +108,11 @@ class FootIns:
         return self._trajectory(nav, diagnostics, warnings=warnings, processing_s=elapsed, source=recording.source)
 
     # -- live ------------------------------------------------------------------------------------------------------------
+
+    @property
+    def ready(self) -> bool:
+        """Whether the start is aligned, so that `step` may be called."""
+        return self._state is not None
 
     @property
     def latency_s(self) -> float:
@@ -132,13 +133,11 @@ class FootIns:
     def step(self, row: Array) -> Array | None:
         """`update` for one row (1,10), C-contiguous float64: one result row (29,) valid until the next call, or None.
 
-        The row holds time, position (3), velocity (3), attitude (4) and the packed covariances of `Trajectory`.
+        The result holds time, position (3), velocity (3), attitude (4) and the packed covariances of `Trajectory`. For speed nothing is
+        checked: the time must increase. UsageError before the start is aligned: until `ready`, give the samples to `update`.
         """
         if self._state is None:
-            self._gathered.append(row.copy())
-            if row[0, 0] - self._gathered[0][0, 0] < self.parameters.initial.longest_s:
-                return None
-            raise DataError("step() was called before the start was aligned: give the first seconds to update().")
+            raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
         if kernel.run(index, memory, S, prm, row, False, self._row, self._row_diagnostics):
             return self._row[0]
@@ -187,9 +186,10 @@ class FootIns:
         if self._state is None:
             if len(rows):
                 self._gathered.append(rows)
-            rows = self._align(finish)
-            if rows is None:
+            gathered = self._align(finish)
+            if gathered is None:
                 return 0
+            rows = gathered
         assert self._state is not None
         index, memory, S, prm = self._state
         return kernel.run(index, memory, S, prm, rows, finish, nav, diagnostics)
@@ -286,11 +286,11 @@ class FootIns:
         found = []
         stood = np.isfinite(diagnostics[:, kernel.ZV_SD])
         step = np.diff(nav[:, 0])
-        bridged = np.flatnonzero(diagnostics[:, kernel.BRIDGED] == 3)
+        bridged = np.flatnonzero(diagnostics[:, kernel.BRIDGED] == kernel.BRIDGED_OVER)
         if len(bridged):
             found.append(
-                f"{len(bridged)} gap(s) of {step[bridged - 1].sum():.2f} s in all were bridged, the longest {step[bridged - 1].max():.2f} s: "
-                "the path is in doubt from there on."
+                f"{len(bridged)} gap(s) of {step[bridged - 1].sum():.2f} s in all were bridged, the longest "
+                f"{step[bridged - 1].max():.2f} s: the path is in doubt from there on."
             )
         for value, word in ((1, "held over missing values"), (2, "skipped, values missing for too long")):
             n = int((diagnostics[:, kernel.BRIDGED] == value).sum())
@@ -309,7 +309,8 @@ class FootIns:
             share = float((gate[stood & (gate > 0)] == kernel.USED).mean()) if (stood & (gate > 0)).any() else 0.0
             if share < 0.05:
                 found.append(
-                    f"Only {100 * share:.1f} % of the magnetometer samples in stance passed the gates: the field is disturbed, or was at the start."
+                    f"Only {100 * share:.1f} % of the magnetometer samples in stance passed the gates: the field is disturbed, or was "
+                    "at the start."
                 )
         return found
 

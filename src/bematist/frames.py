@@ -127,8 +127,7 @@ def heading_deg_from_yaw(yaw_rad: ArrayLike) -> Array:
 
 def yaw_from_heading_deg(heading_deg: ArrayLike) -> Array:
     """Yaw in rad counter-clockwise from East, (−π, π], of heading in degrees clockwise from North."""
-    yaw = np.radians(90.0 - np.asarray(heading_deg, float))
-    return np.arctan2(np.sin(yaw), np.cos(yaw))
+    return np.radians(180.0 - np.mod(90.0 + np.asarray(heading_deg, float), 360.0))
 
 
 def axes_matrix(text: str) -> Array:
@@ -150,7 +149,5 @@ def axes_matrix(text: str) -> Array:
         assert m is not None
         M[row, "xyz".index(m[2])] = -1.0 if m[1] == "-" else 1.0
     if np.linalg.det(M) < 0:
-        raise UsageError(
-            f'Axes "{text}" would turn a right-handed sensor into its mirror image: change one sign or swap two axes.'
-        )
+        raise UsageError(f'Axes "{text}" would turn a right-handed sensor into its mirror image: change one sign or swap two axes.')
     return M

@@ -33,46 +33,44 @@ class StanceParameters(Parameters):
     """How the stance phase is found. Window and look-ahead are in seconds, so that they mean the same at every rate."""
 
     detector: Literal["shoe", "ared", "amvd", "amag", "gyro"] = Field(
-        "shoe",
+        default="shoe",
         description="Test statistic: shoe (MAGINAV eqs 1-2), ared (angular rate energy), amvd (moving variance of the specific force), "
         "amag (magnitude of the specific force), gyro (rms angular rate in rad/s, Li & Wang eq 35).",
     )
     window_s: float = Field(
-        0.035,
+        default=0.035,
         gt=0,
         le=5,
         description="Window, s, centred on the judged sample; an odd number of samples. Longer is smoother and later, and cuts the "
         "edges of the stance.",
     )
     accel_sd: float = Field(
-        0.3, gt=0, description="Specific force in stance, m/s² per sample. Larger: the accelerometer counts less."
+        default=0.3, gt=0, description="Specific force in stance, m/s² per sample. Larger: the accelerometer counts less."
     )
     gyro_sd: float = Field(
-        0.05235987755982989,
+        default=0.05235987755982989,
         gt=0,
         description="Angular rate in stance, rad/s per sample (3 deg/s). Larger: the gyroscope counts less.",
     )
     rule: Literal["absolute", "relative"] = Field(
-        "absolute",
+        default="absolute",
         description="absolute: stance where the statistic is below `threshold`. relative: below `ratio` times the least statistic "
         "within `lookaround_s` on either side, and the noise of the zero velocity grows with the statistic.",
     )
     threshold: float | None = Field(
-        None,
+        default=None,
         gt=0,
         description="Threshold of the absolute rule (MAGINAV eq 3); none: the detector's default for walking. Larger: more stance, a "
         "shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
     )
     floor: float = Field(
-        5.0,
+        default=5.0,
         gt=0,
         description="Relative rule: the least statistic that is told from stillness. Larger: more of a walking stance is taken.",
     )
-    ratio: float = Field(
-        2.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least."
-    )
+    ratio: float = Field(default=2.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least.")
     lookaround_s: float = Field(
-        0.4,
+        default=0.4,
         ge=0,
         le=5,
         description="Relative rule: half width, s, of the interval whose least statistic counts; about half a stride. It delays the "

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-COLUMNS = tuple(
-    ["time", "east", "north", "up", "ve", "vn", "vu", "qw", "qx", "qy", "qz", "sd_east", "sd_north", "sd_up", "stance"]
-)
+COLUMNS = ("time", "east", "north", "up", "ve", "vn", "vu", "qw", "qx", "qy", "qz", "sd_east", "sd_north", "sd_up", "stance")
 """Columns of `trajectory.csv`: a contract."""
 
 PACKED = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])

@@ -14,7 +14,7 @@ class ZeroVelocityParameters(Parameters):
     """In stance the velocity is zero (MAGINAV eqs 21-24)."""
 
     sd: float = Field(
-        0.01,
+        default=0.01,
         gt=0,
         description="Standard deviation of the velocity of a standing foot, m/s; with the relative stance rule, at its floor. Smaller: "
         "a rolling foot shortens the path; larger: the path drifts.",
@@ -25,39 +25,39 @@ class MagneticParameters(Parameters):
     """What the magnetometer is used for, in stance only, once per sample, and the gates a sample must pass."""
 
     use: Literal["off", "reset", "heading"] = Field(
-        "off",
+        default="off",
         description="off: not used. reset: the attitude is replaced by TRIAD's (MAGINAV Table 2, state 3). heading: a measurement of the "
         "heading in the Kalman filter.",
     )
     norm_tolerance: float = Field(
-        0.05,
+        default=0.05,
         gt=0,
         description="Gate: largest relative difference of the norm to the norm at the start (MAGINAV eqs 4-5). Larger: more samples "
         "pass, more disturbed ones too.",
     )
     inclination_tolerance: float = Field(
-        math.radians(5),
+        default=math.radians(5),
         gt=0,
         description="Gate: largest difference, rad, of the inclination to the one at the start; a field that was turned keeps its norm.",
     )
     tilt_sd: float = Field(
-        math.radians(1.0),
+        default=math.radians(1.0),
         gt=0,
         description="reset: standard deviation of TRIAD's tilt, rad (specific force noise over g).",
     )
     direction_sd: float = Field(
-        math.radians(2.0),
+        default=math.radians(2.0),
         gt=0,
         description="reset: standard deviation of the horizontal direction of the field, rad (field noise over its horizontal part).",
     )
     heading_sd: float = Field(
-        math.radians(10.0),
+        default=math.radians(10.0),
         gt=0,
         description="heading: standard deviation of one sample's magnetic heading, rad. Disturbances last longer than a sample, so it is "
         "far above white noise.",
     )
     heading_gate: float = Field(
-        4.0,
+        default=4.0,
         gt=0,
         description="heading: a sample whose squared innovation exceeds this many times its variance is refused.",
     )
@@ -67,16 +67,12 @@ class GapParameters(Parameters):
     """How time without samples is bridged."""
 
     longest_step_s: float = Field(
-        0.1, gt=0, description="A longer step, s (and longer than three sampling periods), is a gap and is bridged."
+        default=0.1, gt=0, description="A longer step, s (and longer than three sampling periods), is a gap and is bridged."
     )
-    rate_sd: float = Field(
-        1.0, ge=0, description="Angular rate in a gap, rad/s: attitude is in doubt by this times its length."
-    )
-    speed_sd: float = Field(
-        1.5, ge=0, description="Speed in a gap, m/s: position is in doubt by this times its length."
-    )
+    rate_sd: float = Field(default=1.0, ge=0, description="Angular rate in a gap, rad/s: attitude is in doubt by this times its length.")
+    speed_sd: float = Field(default=1.5, ge=0, description="Speed in a gap, m/s: position is in doubt by this times its length.")
     ballistic_s: float = Field(
-        0.3,
+        default=0.3,
         ge=0,
         description="Up to this long, s, velocity and angular rate are carried on; longer, the foot is taken to have stopped.",
     )

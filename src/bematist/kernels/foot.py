@@ -15,7 +15,7 @@ from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalis
 
 # workspace S
 P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
-TIME, STARTED, RATE, MAG = 464, 465, 466, 469
+TIME, STARTED, RATE = 464, 465, 466
 WORKSPACE_SIZE = 480
 
 # parameters prm
@@ -85,6 +85,9 @@ DIAG = 24
 
 # verdicts of the magnetic gates
 NO_SAMPLE, NORM_REFUSED, INCLINATION_REFUSED, INNOVATION_REFUSED, USED, PASSED = range(6)
+
+# what a result owes to a gap, after the flags of a row
+BRIDGED_OVER = 3.0
 
 
 @inlined
@@ -290,8 +293,18 @@ def bridge(S, prm, dt, w0, w1, w2):
 
 
 @inlined
-def magnetic_gate(prm, norm, inclination):
-    """Gates of a magnetometer sample: norm (MAGINAV eqs 4, 5, relative tolerance) and inclination (a turned field keeps its norm)."""
+def magnetic_gate(prm, memory, r, C6, C7, C8, diag, k):
+    """Gates of the magnetometer sample of a row, if there is one; (C6, C7, C8) is up in b.
+
+    Norm: MAGINAV eqs 4, 5, with a relative tolerance. Inclination: a field that was turned keeps its norm.
+    """
+    m0, m1, m2 = memory[r + 7], memory[r + 8], memory[r + 9]
+    norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
+    if not norm >= 0:
+        return NO_SAMPLE
+    inclination = -math.asin(min(1.0, max(-1.0, (C6 * m0 + C7 * m1 + C8 * m2) / norm))) if norm > 0 else 0.0
+    diag[k, NORM] = norm
+    diag[k, INCLINATION] = inclination
     if abs(norm - prm[FIELD_NORM]) > prm[NORM_TOLERANCE] * prm[FIELD_NORM]:
         return NORM_REFUSED
     if abs(inclination - prm[FIELD_INCLINATION]) > prm[INCLINATION_TOLERANCE]:
@@ -300,110 +313,114 @@ def magnetic_gate(prm, norm, inclination):
 
 
 @inlined
+def elapse(S, prm, memory, r):
+    """Time from the last sample to the one at memory[r:], s; a gap is bridged here and counts as 0 afterwards. Also what was done."""
+    t = memory[r]
+    dt = t - S[TIME]
+    what = memory[r + 10]
+    if S[STARTED] == 0:
+        dt = 0.0
+    elif dt > prm[GAP_S]:
+        bridge(S, prm, dt, memory[r + 4] - S[BG], memory[r + 5] - S[BG + 1], memory[r + 6] - S[BG + 2])
+        dt = 0.0
+        what = BRIDGED_OVER
+    S[TIME] = t
+    S[STARTED] = 1.0
+    return dt, what
+
+
+@inlined
+def predict(S, prm, memory, r, dt, standing, diag, k):
+    """Attitude, velocity, position and covariance over dt seconds, up to the sample at memory[r:]. True where TRIAD set the attitude."""
+    f0, f1, f2 = memory[r + 1] - S[BA], memory[r + 2] - S[BA + 1], memory[r + 3] - S[BA + 2]
+    w0, w1, w2 = memory[r + 4] - S[BG], memory[r + 5] - S[BG + 1], memory[r + 6] - S[BG + 2]
+    S[RATE], S[RATE + 1], S[RATE + 2] = w0, w1, w2
+    h = 0.5 * dt
+    rw, rx, ry, rz = exp_quaternion(h * w0, h * w1, h * w2)
+    w, x, y, z = multiply(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], rw, rx, ry, rz)
+    # The specific force is turned by the attitude at the middle of the interval (erratum of eq 14: the end is half a sample late).
+    C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
+    w, x, y, z = multiply(w, x, y, z, rw, rx, ry, rz)
+    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
+
+    gate = magnetic_gate(prm, memory, r, C6, C7, C8, diag, k)
+    reset = gate == PASSED and standing and prm[MAGNETIC_USE] == MAGNETIC_RESET
+    if reset:
+        # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
+        c = triad(f0, f1, f2, memory[r + 7], memory[r + 8], memory[r + 9], prm[FIELD_E], prm[FIELD_N])
+        w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
+        S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
+        w, x, y, z = multiply(w, x, y, z, rw, -rx, -ry, -rz)
+        C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
+        forget_attitude(S, prm)
+        gate = USED
+    diag[k, GATE] = gate
+    if dt > 0:
+        n0 = (C0 * f0 + C1 * f1 + C2 * f2) * dt
+        n1 = (C3 * f0 + C4 * f1 + C5 * f2) * dt
+        n2 = (C6 * f0 + C7 * f1 + C8 * f2) * dt
+        integrate(S, n0, n1, n2 - prm[G] * dt, h)
+        propagate_covariance(
+            S,
+            *(C0 * dt, C1 * dt, C2 * dt, C3 * dt, C4 * dt, C5 * dt, C6 * dt, C7 * dt, C8 * dt),
+            *(n0, n1, n2, dt),
+            *(prm[PSD_ATTITUDE] * dt, prm[PSD_VELOCITY] * dt, prm[PSD_ACCEL_BIAS] * dt, prm[PSD_GYRO_BIAS] * dt),
+        )
+    return reset
+
+
+@inlined
+def integrate(S, a0, a1, a2, h):
+    """Velocity by its change (a0, a1, a2) and position by the trapezium over 2h seconds.
+
+    MAGINAV eqs 15-17, from the corrected velocity and position of the step before (erratum: closed loop).
+    """
+    v0, v1, v2 = S[V], S[V + 1], S[V + 2]
+    S[V] = v0 + a0
+    S[V + 1] = v1 + a1
+    S[V + 2] = v2 + a2
+    S[X] += h * (v0 + S[V])
+    S[X + 1] += h * (v1 + S[V + 1])
+    S[X + 2] += h * (v2 + S[V + 2])
+
+
+@inlined
+def correct(S, prm, memory, r, sd, reset, diag, k):
+    """The updates of a sample in stance, states 2 and 3 of MAGINAV Table 2."""
+    for i in range(3):
+        diag[k, INNOVATION + i] = -S[V + i]
+    diag[k, NIS] = zero_velocity(S, sd * sd)
+    diag[k, ZV_SD] = sd
+    diag[k, STATE] = 3.0 if reset else 2.0
+    feed_back(S, not reset)
+    if reset:
+        # The attitude stays TRIAD's (eq 12), so what the update said of it is undone.
+        forget_attitude(S, prm)
+    elif diag[k, GATE] == PASSED and prm[MAGNETIC_USE] == MAGNETIC_HEADING:
+        diag[k, GATE] = magnetic_heading(S, prm, memory[r + 7], memory[r + 8], memory[r + 9])
+
+
+@inlined
 def navigate(S, prm, memory, r, statistic, limit, sd, nav, diag, k):
     """One sample, at memory[r:], with its stance verdict: predict, correct, and write row k of the results."""
-    t = memory[r]
-    f0, f1, f2 = memory[r + 1], memory[r + 2], memory[r + 3]
-    w0, w1, w2 = memory[r + 4] - S[BG], memory[r + 5] - S[BG + 1], memory[r + 6] - S[BG + 2]
-    m0, m1, m2 = memory[r + 7], memory[r + 8], memory[r + 9]
-    flag = memory[r + 10]
-    dt = t - S[TIME]
-    bridged = flag
-    gate = NO_SAMPLE
-    norm = math.nan
-    inclination = math.nan
-    reset = False
-    nis = math.nan
-    state = 1.0
-    moving = False
-    if flag < stance.MISSING:
-        if S[STARTED] > 0 and dt > prm[GAP_S]:
-            bridge(S, prm, dt, w0, w1, w2)
-            bridged = 3.0
-            C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
-        else:
-            if S[STARTED] == 0:
-                dt = 0.0
-            moving = True
-            h = 0.5 * dt
-            rw, rx, ry, rz = exp_quaternion(h * w0, h * w1, h * w2)
-            w, x, y, z = multiply(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], rw, rx, ry, rz)
-            # The specific force is turned by the attitude at the middle of the interval (erratum of eq 14: the end is half a sample late).
-            C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
-            w, x, y, z = multiply(w, x, y, z, rw, rx, ry, rz)
-            S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
-        S[TIME] = t
-        S[STARTED] = 1.0
-        S[RATE], S[RATE + 1], S[RATE + 2] = w0, w1, w2
-        f0, f1, f2 = f0 - S[BA], f1 - S[BA + 1], f2 - S[BA + 2]
-        if m0 == m0 and m1 == m1 and m2 == m2:
-            norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
-            if norm > 0:
-                u = (C6 * m0 + C7 * m1 + C8 * m2) / norm
-                inclination = -math.asin(min(1.0, max(-1.0, u)))
-                gate = magnetic_gate(prm, norm, inclination)
-        if gate == PASSED and sd > 0 and prm[MAGNETIC_USE] == MAGNETIC_RESET and moving:
-            # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
-            c = triad(f0, f1, f2, m0, m1, m2, prm[FIELD_E], prm[FIELD_N])
-            w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
-            S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
-            w, x, y, z = multiply(w, x, y, z, rw, -rx, -ry, -rz)
-            C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
-            forget_attitude(S, prm)
-            reset = True
-            gate = USED
-            state = 3.0
-        if moving and dt > 0:
-            n0 = C0 * f0 + C1 * f1 + C2 * f2
-            n1 = C3 * f0 + C4 * f1 + C5 * f2
-            n2 = C6 * f0 + C7 * f1 + C8 * f2
-            # MAGINAV eqs 15-17, from the corrected velocity and position of the step before (erratum: closed loop).
-            v0, v1, v2 = S[V], S[V + 1], S[V + 2]
-            S[V] = v0 + n0 * dt
-            S[V + 1] = v1 + n1 * dt
-            S[V + 2] = v2 + (n2 - prm[G]) * dt
-            S[X] += h * (v0 + S[V])
-            S[X + 1] += h * (v1 + S[V + 1])
-            S[X + 2] += h * (v2 + S[V + 2])
-            propagate_covariance(
-                S,
-                C0 * dt,
-                C1 * dt,
-                C2 * dt,
-                C3 * dt,
-                C4 * dt,
-                C5 * dt,
-                C6 * dt,
-                C7 * dt,
-                C8 * dt,
-                n0 * dt,
-                n1 * dt,
-                n2 * dt,
-                dt,
-                prm[PSD_ATTITUDE] * dt,
-                prm[PSD_VELOCITY] * dt,
-                prm[PSD_ACCEL_BIAS] * dt,
-                prm[PSD_GYRO_BIAS] * dt,
-            )
+    for c in range(DIAG):
+        diag[k, c] = math.nan
+    diag[k, STATISTIC] = statistic
+    diag[k, LIMIT] = limit
+    diag[k, STATE] = 1.0
+    diag[k, GATE] = NO_SAMPLE
+    diag[k, BRIDGED] = memory[r + 10]
+    if memory[r + 10] < stance.MISSING:
+        dt, diag[k, BRIDGED] = elapse(S, prm, memory, r)
+        reset = predict(S, prm, memory, r, dt, sd > 0, diag, k)
         if sd > 0:
-            state = max(state, 2.0)
-            diag[k, INNOVATION] = -S[V]
-            diag[k, INNOVATION + 1] = -S[V + 1]
-            diag[k, INNOVATION + 2] = -S[V + 2]
-            nis = zero_velocity(S, sd * sd)
-            feed_back(S, not reset)
-            if reset:
-                # The attitude stays TRIAD's (eq 12), so what the update said of it is undone.
-                forget_attitude(S, prm)
-            elif gate == PASSED and prm[MAGNETIC_USE] == MAGNETIC_HEADING:
-                gate = magnetic_heading(S, prm, m0, m1, m2)
-        else:
-            sd = math.nan
-            diag[k, INNOVATION] = diag[k, INNOVATION + 1] = diag[k, INNOVATION + 2] = math.nan
-    else:
-        sd = math.nan
-        diag[k, INNOVATION] = diag[k, INNOVATION + 1] = diag[k, INNOVATION + 2] = math.nan
+            correct(S, prm, memory, r, sd, reset, diag, k)
+    write(S, memory[r], nav, diag, k)
 
+
+@inlined
+def write(S, t, nav, diag, k):
+    """Row k of the results: state and covariances."""
     nav[k, 0] = t
     for i in range(3):
         nav[k, 1 + i] = S[X + i]
@@ -413,9 +430,6 @@ def navigate(S, prm, memory, r, statistic, limit, sd, nav, diag, k):
     write_block(S, 17 * 6, nav, k, 11)
     write_block(S, 17 * 3, nav, k, 17)
     write_block(S, 0, nav, k, 23)
-    diag[k, STATISTIC], diag[k, LIMIT], diag[k, ZV_SD], diag[k, NIS] = statistic, limit, sd, nis
-    diag[k, NORM], diag[k, INCLINATION], diag[k, GATE] = norm, inclination, gate
-    diag[k, STATE], diag[k, BRIDGED] = state, bridged
     for i in range(3):
         diag[k, GYRO_BIAS + i] = S[BG + i]
         diag[k, ACCEL_BIAS + i] = S[BA + i]
@@ -465,9 +479,7 @@ def run(index, memory, S, prm, rows, finish, nav, diag):
         if stance.push(index, memory, rows, k, k >= n, prm[SIGMA_A2], prm[SIGMA_G2], prm[G], prm[GAP_S]):
             if index[stance.COUNT_OUT] >= index[stance.REAL]:
                 break
-            statistic, limit, sd, r = stance.verdict(
-                index, memory, prm[THRESHOLD], prm[ZERO_VELOCITY_SD], prm[FLOOR], prm[RATIO]
-            )
+            statistic, limit, sd, r = stance.verdict(index, memory, prm[THRESHOLD], prm[ZERO_VELOCITY_SD], prm[FLOOR], prm[RATIO])
             navigate(S, prm, memory, r, statistic, limit, sd, nav, diag, written)
             written += 1
     return written

@@ -98,9 +98,7 @@ def _window(index, memory, f0, f1, f2, w0, w1, w2, valid, detector, sigma_a2, si
     if place == size - 1:
         for j in range(size - 1, 0, -1):
             for c in range(CHANNELS):
-                memory[suffix + CHANNELS * j + c] = (
-                    memory[suffix + CHANNELS * (j + 1) + c] + memory[block + CHANNELS * j + c]
-                )
+                memory[suffix + CHANNELS * j + c] = memory[suffix + CHANNELS * (j + 1) + c] + memory[block + CHANNELS * j + c]
     return max(statistic, 0.0)
 
 

@@ -1,0 +1,162 @@
+"""The contract of every method, and the filter on walks whose truth is known."""
+
+import tomllib
+
+import numpy as np
+import polars as pl
+import pytest
+import tomli_w
+
+import bematist as bm
+from bematist.foot import FootIns, FootParameters
+from bematist.methods import METHODS
+from bematist.parameters import Parameters
+from walks import shaken
+
+RECORDING = shaken(4000)
+
+
+def parts(trajectory):
+    yield trajectory.time
+    yield trajectory.position
+    yield trajectory.velocity
+    yield trajectory.attitude
+    yield trajectory.packed_covariance
+    yield trajectory.stance
+    for name, values in sorted(trajectory.diagnostics.items()):
+        if name != "magnetic_reference":
+            yield values
+
+
+def assert_same_bits(a, pieces):
+    for whole, *split in zip(parts(a), *[parts(p) for p in pieces], strict=True):
+        np.testing.assert_array_equal(whole, np.concatenate(split))
+
+
+@pytest.mark.parametrize("name", METHODS)
+class TestEveryMethod:
+    def test_chunks_of_any_size_give_the_same_bits(self, name):
+        whole = bm.track(RECORDING, name)
+        for size in (1, 7, 250, 3999):
+            ins = FootIns(METHODS[name].parameters, method=name)
+            pieces = [ins.update(rows) for rows in RECORDING.chunks(size)] + [ins.finish()]
+            assert_same_bits(whole, pieces)
+        assert_same_bits(whole, [bm.track(RECORDING, name, chunk=13)])
+
+    def test_saved_and_restored_in_the_middle(self, name):
+        whole = bm.track(RECORDING, name)
+        for cut in (100, 2500):  # while the start is gathered, and after
+            rows = RECORDING.samples()
+            ins = FootIns(METHODS[name].parameters, method=name)
+            first = ins.update(rows[:cut])
+            other = FootIns.restore(ins.save())
+            ins.update(rows[cut : cut + 50])  # what the first does afterwards must not matter
+            assert_same_bits(whole, [first, other.update(rows[cut:]), other.finish()])
+
+    def test_single_steps(self, name):
+        whole = bm.track(RECORDING, name)
+        ins = FootIns(METHODS[name].parameters)
+        rows = RECORDING.samples()
+        with pytest.raises(bm.UsageError, match="until `ready`"):
+            ins.step(rows[:1])
+        head = ins.update(rows[:2100])
+        assert ins.ready
+        got = np.array([ins.step(rows[k : k + 1]).copy() for k in range(2100, len(rows))])
+        np.testing.assert_array_equal(got[:, 1:4], whole.position[len(head) : len(head) + len(got)])
+        assert len(head) + len(got) == len(rows) - round(ins.latency_s * 200)
+
+    def test_configuration_goes_round(self, name):
+        p = METHODS[name].parameters
+        text = tomli_w.dumps(p.model_dump(exclude_none=True))
+        assert FootParameters.model_validate(tomllib.loads(text)) == p
+
+    def test_gaps_nans_and_silence(self, name):
+        rng = np.random.default_rng(0)
+        f, w = RECORDING.specific_force.copy(), RECORDING.angular_rate.copy()
+        f[rng.integers(0, 4000, 40)] = np.nan
+        w[1500:1600] = np.nan
+        keep = np.ones(4000, bool)
+        keep[2600:2700] = False
+        cut = RECORDING.replace(time=RECORDING.time[keep], specific_force=f[keep], angular_rate=w[keep])
+        t = bm.track(cut, name)
+        assert len(t) == keep.sum()
+        assert np.isfinite(t.position).all() and np.isfinite(t.packed_covariance).all()
+        text = " ".join(t.warnings)
+        assert "bridged" in text and "held" in text and "skipped" in text
+
+    def test_no_samples(self, name):
+        empty = np.empty((0, 3))
+        with pytest.raises(bm.DataError, match="0 sample"):
+            bm.track(bm.Recording(time=[], specific_force=empty, angular_rate=empty), name)
+
+    def test_without_magnetometer(self, name):
+        t = bm.track(shaken(3000, magnetometer=False), name)
+        assert np.isfinite(t.position).all()
+        assert any("magnetometer" in w for w in t.warnings) == (METHODS[name].parameters.magnetic.use != "off")
+
+    def test_summary_and_table(self, name):
+        t = bm.track(RECORDING, name)
+        s = t.summary()
+        assert s["method"] == name and s["samples"] == len(RECORDING) and s["version"] == bm.__version__
+        table = t.to_polars()
+        assert table.columns[:2] == ["time", "east"] and table["stance"].dtype == pl.UInt8
+
+
+def models(model):
+    yield model
+    for f in model.model_fields.values():
+        if isinstance(f.annotation, type) and issubclass(f.annotation, Parameters):
+            yield from models(f.annotation)
+
+
+def test_every_parameter_is_described():
+    for model in models(FootParameters):
+        assert model.__doc__
+        for name, f in model.model_fields.items():
+            nested = isinstance(f.annotation, type) and issubclass(f.annotation, Parameters)
+            assert nested or f.description, f"{model.__name__}.{name}"
+
+
+def test_unknown_names_are_explained():
+    with pytest.raises(bm.UsageError, match="Did you mean zupt"):
+        bm.track(RECORDING, "zuppt")
+    with pytest.raises(bm.UsageError, match=r"stance\.threshold"):
+        bm.track(RECORDING, "zupt", stance={"treshold": 3})
+    with pytest.raises(bm.UsageError, match="greater than 0"):
+        bm.track(RECORDING, "zupt", stance={"threshold": -3.0})
+
+
+def test_time_that_does_not_increase_is_dropped():
+    rows = RECORDING.samples()
+    ins = FootIns()
+    ins.update(rows[:2500])
+    before = len(ins.update(rows[2500:2510]))
+    ins.update(rows[2490:2510])
+    assert before == 10 and "20 sample(s)" in ins.warnings[-1]
+
+
+def test_nine_states_keep_the_offsets():
+    t = bm.track(RECORDING, "zupt", states=9)
+    assert np.ptp(t.diagnostics["gyro_bias"], axis=0).max() == 0
+    assert t.diagnostics["accel_bias_sd"].max() == 0
+    assert np.ptp(bm.track(RECORDING, "zupt").diagnostics["gyro_bias"], axis=0).max() > 0
+
+
+def test_a_long_gap_is_survived_by_the_next_stance():
+    """The foot turns by 40 degrees of tilt while nothing is recorded; the stance after the gap finds level again."""
+    from scipy.spatial.transform import Rotation
+
+    rng = np.random.default_rng(0)
+    turn = Rotation.from_euler("x", 25, degrees=True).as_matrix()
+    n = 3000
+    t = np.arange(2 * n) / 200 + np.repeat([0, 5.0], n)
+    f = np.tile([0, 0, 9.80665], (2 * n, 1))
+    f[n:] = f[n:] @ turn
+    r = bm.Recording(time=t, specific_force=f + rng.normal(0, 0.02, f.shape), angular_rate=rng.normal(0, 1e-3, f.shape))
+    track = bm.track(r, "zupt")
+    from bematist.frames import rotate
+
+    up = rotate(track.attitude[-1], f[-1])
+    assert np.degrees(np.arctan2(np.linalg.norm(up[:2]), up[2])) < 0.5
+    assert np.abs(track.velocity[-1]).max() < 0.01
+    assert np.linalg.norm(track.position_sd[-1]) > 1

@@ -1,0 +1,142 @@
+"""Plain NumPy twins of the kernels: dense matrices, textbook formulas, one sample after the other. Slow on purpose."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+
+def skew(v):
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+def statistic(f, w, window, detector, accel_sd, gyro_sd, g):
+    """Test statistic of every sample from its centred window, cut at the ends: two loops, as in the papers."""
+    half = window // 2
+    out = np.empty(len(f))
+    for k in range(len(f)):
+        a, r = f[max(0, k - half) : k + half + 1], w[max(0, k - half) : k + half + 1]
+        mean = a.mean(0)
+        rate = (r**2).sum(1)
+        if detector == "shoe":
+            rest = ((a - g * mean / np.linalg.norm(mean)) ** 2).sum(1)
+            out[k] = (rest / accel_sd**2 + rate / gyro_sd**2).mean()
+        elif detector == "ared":
+            out[k] = (rate / gyro_sd**2).mean()
+        elif detector == "amvd":
+            out[k] = (((a - mean) ** 2).sum(1) / accel_sd**2).mean()
+        elif detector == "amag":
+            out[k] = ((np.linalg.norm(a, axis=1) - g) ** 2 / accel_sd**2).mean()
+        else:
+            out[k] = np.sqrt(rate.mean())
+    return out
+
+
+def relative(T, look, floor, ratio, sd):
+    """Threshold and zero-velocity standard deviation of the relative rule."""
+    base = np.array([max(floor, T[max(0, k - look) : k + look + 1].min()) for k in range(len(T))])
+    sds = sd * (base / floor) ** 0.25 * np.maximum(T / base, 0.25)
+    return ratio * base, np.where(ratio * base > T, sds, 0.0)
+
+
+def triad(a1, b1, a2, b2):
+    """MAGINAV Appendix A: R with a2 = R a1, b2 = R b1."""
+
+    def base(a, b):
+        a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+        n = np.cross(a, b)
+        return np.stack([a, n, np.cross(a, n)], 1) / np.array([1, np.linalg.norm(n), np.linalg.norm(n)])
+
+    return base(a2, b2) @ base(a1, b1).T
+
+
+class Filter:
+    """The 15-state error-state filter with dense matrices (error order psi, v, p, b_a, b_g)."""
+
+    def __init__(self, C, gyro_bias, P, psd, g, magnetic=None):
+        self.C, self.v, self.p = C, np.zeros(3), np.zeros(3)
+        self.ba, self.bg, self.P = np.zeros(3), np.array(gyro_bias, float), np.array(P, float)
+        self.psd, self.g, self.magnetic = psd, g, magnetic
+
+    def transition(self, C, f_n, dt):
+        Phi = np.eye(15)
+        Phi[0:3, 12:15] = C * dt
+        Phi[3:6, 0:3] = -skew(f_n) * dt
+        Phi[3:6, 9:12] = C * dt
+        Phi[6:9, 3:6] = np.eye(3) * dt
+        return Phi
+
+    def predict(self, f, w, dt):
+        w = w - self.bg
+        middle = self.C @ Rotation.from_rotvec(w * dt / 2).as_matrix()
+        self.C = self.C @ Rotation.from_rotvec(w * dt).as_matrix()
+        return middle, f - self.ba
+
+    def integrate(self, middle, f, dt):
+        f_n = middle @ f
+        v = self.v + (f_n - np.array([0, 0, self.g])) * dt
+        self.p = self.p + (self.v + v) * dt / 2
+        self.v = v
+        Phi = self.transition(middle, f_n, dt)
+        self.P = Phi @ self.P @ Phi.T + np.diag(np.repeat(self.psd, 3)) * dt
+
+    def update(self, H, z, R, attitude=True):
+        S = H @ self.P @ H.T + R
+        K = self.P @ H.T @ np.linalg.inv(S)
+        e = K @ z
+        A = np.eye(15) - K @ H
+        self.P = A @ self.P @ A.T + K @ R @ K.T
+        if attitude:
+            self.C = Rotation.from_rotvec(-e[:3]).as_matrix() @ self.C
+        self.v, self.p = self.v - e[3:6], self.p - e[6:9]
+        self.ba, self.bg = self.ba + e[9:12], self.bg + e[12:15]
+        return float(z @ np.linalg.solve(S, z))
+
+    def zero_velocity(self, sd, attitude=True):
+        H = np.zeros((3, 15))
+        H[:, 3:6] = np.eye(3)
+        return self.update(H, self.v.copy(), np.eye(3) * sd**2, attitude)
+
+    def forget_attitude(self, tilt_sd, direction_sd):
+        m = self.magnetic["field"]
+        h = m[:2] / np.linalg.norm(m[:2])
+        slope = m[2] / np.linalg.norm(m[:2])
+        # psi = J (tilt_x, tilt_y, direction): psi_z = slope h·tilt + direction
+        J = np.array([[1, 0, 0], [0, 1, 0], [slope * h[0], slope * h[1], 1]])
+        self.P[:3, :] = self.P[:, :3] = 0
+        self.P[:3, :3] = J @ np.diag([tilt_sd**2, tilt_sd**2, direction_sd**2]) @ J.T
+
+    def gate(self, m, C):
+        ref = self.magnetic["field"]
+        norm = np.linalg.norm(ref)
+        if abs(np.linalg.norm(m) - norm) > self.magnetic["norm_tolerance"] * norm:
+            return False
+        dip = np.arcsin(-(C @ m)[2] / np.linalg.norm(m)) - np.arcsin(-ref[2] / norm)
+        return abs(dip) <= self.magnetic["inclination_tolerance"]
+
+    def step(self, f, w, dt, sd, m=None):
+        middle, f = self.predict(f, w, dt)
+        use = self.magnetic["use"] if self.magnetic else "off"
+        usable = m is not None and use != "off" and sd > 0 and self.gate(m, middle)
+        reset = usable and use == "reset"
+        if reset:
+            self.C = triad(f, m, np.array([0, 0, 1.0]), self.magnetic["field"])
+            middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T
+            self.forget_attitude(self.magnetic["tilt_sd"], self.magnetic["direction_sd"])
+        self.integrate(middle, f, dt)
+        if sd > 0:
+            self.zero_velocity(sd, attitude=not reset)
+            if reset:
+                self.forget_attitude(self.magnetic["tilt_sd"], self.magnetic["direction_sd"])
+            elif usable:
+                self.heading(m)
+
+    def heading(self, m):
+        ref = self.magnetic["field"]
+        horizontal = np.linalg.norm(ref[:2])
+        h, slope = ref[:2] / horizontal, ref[2] / horizontal
+        est = self.C @ m
+        nu = np.arctan2(h[0] * est[1] - h[1] * est[0], h @ est[:2])
+        H = np.zeros((1, 15))
+        H[0, :3] = -slope * h[0], -slope * h[1], 1
+        R = np.array([[self.magnetic["heading_sd"] ** 2]])
+        if nu**2 <= self.magnetic["heading_gate"] * float((H @ self.P @ H.T + R)[0, 0]):
+            self.update(H, np.array([nu]), R)
