@@ -30,11 +30,12 @@ def dipole_field(position: Array, place: Array, moment: Array) -> Array:
     return 0.1 * (3 * (r @ moment / square)[:, None] * r - moment) / square[:, None] ** 1.5
 
 
-def parked_cars(motion: Motion, rng: np.random.Generator) -> list[tuple[Array, Array]]:
-    """Places (3,) and moments (3,) of the cars along the walk."""
+def parked_cars(motion: Motion, rng: np.random.Generator) -> list[list[tuple[Array, Array]]]:
+    """Places (3,) and moments (3,) of the cars along the walk, lot by lot."""
     along = np.concatenate([[0.0], np.linalg.norm(np.diff(motion.footprint, axis=0), axis=1).cumsum()])
-    cars = []
+    lots = []
     for lot in motion.scenario.parked_cars:
+        cars = []
         for s in np.arange(lot.from_m, min(lot.to_m, along[-1]), lot.spacing_m):
             centre = np.array([np.interp(s, along, axis) for axis in motion.footprint.T])
             yaw = np.interp(s, along, motion.yaw)
@@ -42,13 +43,20 @@ def parked_cars(motion: Motion, rng: np.random.Generator) -> list[tuple[Array, A
             for side in (left, -left):
                 moment = lot.moment / np.sqrt(3) * rng.standard_normal(3)
                 cars.append((centre + side + [0.0, 0.0, lot.height_m], moment))
-    return cars
+        lots.append(cars)
+    return lots
 
 
 def field_at(motion: Motion, position: Array, rng: np.random.Generator) -> Array:
     """Flux density in ENU (K,3), µT, at positions (K,3), m, of the walk."""
     field = np.tile(earth_field(motion.scenario), (len(position), 1))
-    for place, moment in parked_cars(motion, rng):
-        near = np.flatnonzero((np.abs(position - place) < REACH_M).all(1))
-        field[near] += dipole_field(position[near], place, moment)
+    for cars in parked_cars(motion, rng):
+        places = np.array([place for place, _ in cars]).reshape(-1, 3)
+        if not len(places):
+            continue
+        around = (position > places.min(0) - REACH_M) & (position < places.max(0) + REACH_M)
+        rows = np.flatnonzero(around.all(1))
+        for place, moment in cars:
+            near = rows[(np.abs(position[rows] - place) < REACH_M).all(1)]
+            field[near] += dipole_field(position[near], place, moment)
     return field

@@ -27,13 +27,16 @@ _UP = ((0.1, 0.0), (0.2, 0.03), (0.28, 0.03), (0.35, 0.55), (0.42, 0.97), (0.50,
 
 IMPACT = 0.80
 """When in the swing the heel strikes."""
-IMPACT_S = 0.03
+IMPACT_S = 0.04
 """How long the jolt of the strike lasts, s."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Polynomials in u from 0 to 1; value and three derivatives vanish at both ends (forward and turn: end at 1)."""
+    """A swing as polynomials; value and three derivatives vanish at both ends (forward and turn: the value ends at 1).
+
+    They are polynomials in y = 2u − 1: powers of u itself would lose six digits at the end of the swing.
+    """
 
     pitch: Polynomial
     forward: Polynomial
@@ -45,17 +48,17 @@ class Shape:
 @cache
 def walking() -> Shape:
     """The shape of a walking swing."""
-    u = Polynomial([0.0, 1.0])
-    step = Polynomial([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0])
-    bump = u**4 * (1 - u) ** 4
+    u = Polynomial([0.5, 0.5])
+    step = (Polynomial([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0]))(u)
+    bump = Polynomial([1.0, 0, -1.0]) ** 4
 
     def through(points: tuple[tuple[float, float], ...], base: Polynomial, order: int) -> Polynomial:
-        x, y = np.array(points).T
-        c = np.linalg.lstsq(bump(x)[:, None] * np.vander(x, order, increasing=True), y - base(x))[0]
+        y, value = np.array(points).T * [[2.0], [1.0]] - [[1.0], [0.0]]
+        c = np.linalg.lstsq(bump(y)[:, None] * np.vander(y, order, increasing=True), value - base(y))[0]
         return base + bump * Polynomial(c)
 
     zero = Polynomial([0.0])
-    return Shape(through(_PITCH, zero, 7), through(_FORWARD, step, 5), through(_UP, zero, 7), step, 256 * bump)
+    return Shape(through(_PITCH, zero, 7), through(_FORWARD, step, 5), through(_UP, zero, 7), step, bump)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,8 +164,9 @@ class Motion:
 
 def _derivatives(polynomial: Polynomial, u: Array, T: Array | float, order: int = 2) -> tuple[Array, Array, Array]:
     # Value and time derivatives; a value that is not asked for is not computed.
-    first, second = polynomial.deriv(), polynomial.deriv(2)
-    return polynomial(u), first(u) / T, second(u) / (T * T) if order > 1 else u
+    y, speed = 2 * u - 1, 2 / T
+    second = polynomial.deriv(2)(y) * (speed * speed) if order > 1 else y
+    return polynomial(y), polynomial.deriv()(y) * speed, second
 
 
 def _body_rate(angle: Array, rate: Array) -> Array:

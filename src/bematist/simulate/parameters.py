@@ -46,7 +46,7 @@ class Scenario(Parameters):
     pitch: float = Field(default=1.0, description="Pitch of the foot in swing relative to a measured stride (+63°, −26°).", ge=0, le=1.3)
     roll_deg: float = Field(default=8.0, description="Largest roll of the foot in swing, degrees.")
     clearance_m: float = Field(default=0.06, description="Largest height of the sensor in swing, m.", ge=0)
-    impact_m: float = Field(default=0.0005, description="Height of the jolt at heel strike, m; 0.0005 is a peak of 18 m/s².", ge=0)
+    impact_m: float = Field(default=0.001, description="Height of the jolt at heel strike, m; 0.001 is a peak of 20 m/s².", ge=0)
     rocking_deg: float = Field(default=0.0, description="How far the standing foot rocks forward and back about its toes, degrees.")
     lever_m: tuple[float, float] = Field(default=(-0.10, 0.08), description="Sensor from the toes: forward and up, m; for rocking.")
     mounting_deg: Point = Field(default=(5.0, -20.0, 0.0), description="Roll, pitch, yaw of the sensor on the flat foot, degrees.")

@@ -21,17 +21,19 @@ def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, 
     (N,).
 
     With `sampling="average"` a sample is the mean of the signal, in the turning body axes, over the interval that ends
-    at its time: ∫f dt and ∫ω dt divided by the interval (two-point Gauss–Legendre, exact to the fifth order). That is
+    at its time: ∫f dt and ∫ω dt divided by the interval (three-point Gauss–Legendre). That is
     what a sensor does whose filter averages; the integral of the samples is then the integral of the motion at any
     rate.
     """
     if sensor.sampling == "instant":
         return _signals(motion, time)
     step = 1 / sensor.rate_hz
-    shift = step / (2 * np.sqrt(3))
-    f1, w1 = _signals(motion, time - step / 2 - shift)
-    f2, w2 = _signals(motion, time - step / 2 + shift)
-    return (f1 + f2) / 2, (w1 + w2) / 2
+    specific_force, angular_rate = np.zeros((len(time), 3)), np.zeros((len(time), 3))
+    for node, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
+        f, w = _signals(motion, time + step * (node - 1) / 2)
+        specific_force += weight / 2 * f
+        angular_rate += weight / 2 * w
+    return specific_force, angular_rate
 
 
 def _signals(motion: Motion, time: Array) -> tuple[Array, Array]:
