@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bematist import config
 from bematist.cli import options
 from bematist.cli.app import app
 from bematist.cli.console import output, table, warn
@@ -47,6 +48,7 @@ def compare(
     Writes comparison.csv, comparison.json, one report.html with the paths over each other, and each method's results in a
     folder of its name.
     """
+    config.choose("alignment", align, options.ALIGNMENTS)
     reading = Reading.given(format, columns, axes, units, clock)
     changes = changes_from({}, sets, heading)
     jobs = [Job(name, changes).check() for name in method_names(methods)]

@@ -30,10 +30,10 @@ def evaluate(
 
     Position, length, heading and attitude errors, and whether the filter knew of them (NEES).
     """
+    kind = config.choose("alignment", align, options.ALIGNMENTS)
     from bematist.evaluate import evaluate as compute
     from bematist.io import read_reference, read_trajectory
 
-    kind = config.choose("alignment", align, options.ALIGNMENTS)
     found = compute(read_trajectory(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
     text = to_json(found.to_dict())
     if json == "-":

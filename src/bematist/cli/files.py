@@ -33,12 +33,12 @@ def convert(
     quiet: options.Quiet = False,
 ) -> None:
     """Write a recording of any format as canonical CSV or Parquet."""
-    from bematist.io import write_recording
-
     if out.suffix.lower() not in RECORDING_SUFFIXES:
         raise UsageError(f"{out}: the suffix says what is written: use .csv or .parquet.")
     if out.exists() and recording.exists() and out.samefile(recording):
         raise UsageError(f"{out}: this would overwrite the recording. Choose another name.")
+    from bematist.io import write_recording
+
     data = Reading.given(format, columns, axes, units, clock).read(recording)
     with whole_file(out) as place:
         write_recording(data, place)
@@ -67,14 +67,14 @@ def export(
     ] = None,
 ) -> None:
     """Write a trajectory as TUM, GeoJSON, GPX, CSV or Parquet."""
-    from bematist.io import export as write
-    from bematist.io import read_trajectory
-
     kind = format or EXPORTS.get(out.suffix.lower())
     if kind is None:
         raise UsageError(f"{out}: the suffix does not tell the format. Name it with --format, such as --format gpx.")
     kind = config.choose("format", kind, dict.fromkeys(EXPORTS.values()))
     place = None if origin is None else _origin(origin)
+    from bematist.io import export as write
+    from bematist.io import read_trajectory
+
     with whole_file(out) as temporary:
         write(read_trajectory(trajectory), temporary, kind, origin=place, heading_deg=heading)
 
@@ -102,10 +102,10 @@ def simulate(
     from bematist.simulate import simulate as make
 
     changes = config.assignments(sets or [])
+    data = make(scenario, sensor, seed, **changes)
     with results_folder(folder) as place:
         from bematist.io import write_recording, write_reference
 
-        data = make(scenario, sensor, seed, **changes)
         write_recording(data, place / "recording.csv")
         assert data.reference is not None
         write_reference(data.reference, place / "truth.csv")
