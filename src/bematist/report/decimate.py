@@ -31,7 +31,9 @@ def extreme_indices(y: ArrayLike, n: int) -> Index:
     low, high = np.where(bad, np.inf, rows).argmin(1), np.where(bad, -np.inf, rows).argmax(1)
     start = np.arange(buckets) * size
     # argmin and argmax of a bucket of nothing but gaps are both its first index.
-    return np.unique(np.concatenate([[0, N - 1], start + low, start + high]))
+    keep = np.zeros(N, bool)
+    keep[0] = keep[-1] = keep[start + low] = keep[start + high] = True
+    return np.flatnonzero(keep)
 
 
 def envelope(low: ArrayLike, high: ArrayLike, n: int) -> tuple[Index, Array, Array]:
@@ -62,20 +64,23 @@ def path_indices(points: ArrayLike, n: int, keep: ArrayLike = ()) -> Index:
         return good
     kept = good[_by_distance(p[good], PREFILTER)]
     extent = float(np.ptp(p[kept], axis=0).max())
+    if extent == 0:
+        kept = good[[0, -1]]
     tolerance = extent / 5000
     while tolerance > 0:
         kept = kept[_simplify(p[kept], tolerance)]
         if len(kept) <= n:
             break
         tolerance *= 1.5
-    wanted = np.asarray(keep, np.int64)
-    return np.union1d(kept, wanted[np.isin(wanted, good)]).astype(np.int64)
+    chosen = np.zeros(len(p), bool)
+    chosen[kept] = chosen[np.asarray(keep, np.int64)] = True
+    return np.flatnonzero(chosen & np.isfinite(p).all(1))
 
 
 def _by_distance(p: Array, n: int) -> Index:
     """First, last, and each point where the distance walked passes a multiple of length/n."""
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
-    if len(p) <= n or walked[-1] == 0:
+    if len(p) <= n or not walked[-1] > 0:
         return np.arange(len(p))
     passed = np.flatnonzero(np.diff(np.floor(walked / walked[-1] * n))) + 1
     return np.unique(np.concatenate([[0], passed, [len(p) - 1]]))

@@ -96,7 +96,7 @@ def _content(
     body = "".join(
         [
             header(source, _subtitle(first, methods)),
-            summary.cards(first, evaluations[0]) if len(drawn) == 1 else summary.methods_table(drawn),
+            summary.cards(first, evaluations[0]) if len(drawn) == 1 else summary.methods_table(drawn, evaluations),
             summary.about([s.trajectory for s in drawn]),
             summary.warnings(drawn),
             '<main class="figures">',

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.frames import heading_deg_from_yaw
 from bematist.recording import Reference
 from bematist.report.traces import Budget, Trace, band, level, line, markers, shading
 from bematist.trajectory import Trajectory
@@ -53,6 +53,11 @@ class Subject:
     color: str
     budget: Budget
 
+    @cached_property
+    def euler_deg(self) -> Array:
+        """Roll, pitch, yaw (N,3), degrees."""
+        return np.degrees(self.trajectory.euler)
+
     @property
     def alone(self) -> bool:
         return not self.name
@@ -92,10 +97,9 @@ def subjects(trajectories: Sequence[Trajectory]) -> list[Subject]:
 
 def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list[Panel]:
     """All panels that have something to show. `reference` is in the frame of the first trajectory."""
-    builders = (height, speed, tilt, heading, uncertainty, statistic, innovation, nis, field_norm, inclination)
-    found = [height(drawn, reference), *(b(drawn) for b in builders[1:])]
-    for quantity in ("gyro_bias", "accel_bias"):
-        found.append(bias(drawn, quantity))
+    builders = (speed, tilt, heading, uncertainty, statistic, innovation, nis, field_norm, inclination)
+    found = [height(drawn, reference), *(build(drawn) for build in builders)]
+    found += [bias(drawn, quantity) for quantity in ("gyro_bias", "accel_bias")]
     return [panel for panel in found if panel.traces]
 
 
@@ -137,9 +141,8 @@ def tilt(drawn: Sequence[Subject]) -> Panel:
     """Roll and pitch."""
     traces: list[Trace] = []
     for s in drawn:
-        euler = np.degrees(s.trajectory.euler)
         for column, name in enumerate(("roll", "pitch")):
-            angle = continuous(euler[:, column], s.trajectory.stance_intervals())
+            angle = continuous(s.euler_deg[:, column], s.trajectory.stance_intervals())
             how = s.per_axis(name, *AXES[column][1:])
             if np.isfinite(angle).any():
                 traces.append(line(s.trajectory.time, angle, s.budget.fast, hovertemplate="%{y:.1f}°", **how))
@@ -150,7 +153,7 @@ def heading(drawn: Sequence[Subject]) -> Panel:
     """Heading, continued through 360°."""
     traces: list[Trace] = []
     for s in drawn:
-        angle = heading_deg_from_yaw(s.trajectory.euler[:, 2])
+        angle = np.mod(90.0 - s.euler_deg[:, 2], 360.0)
         angle = continuous(angle, s.trajectory.stance_intervals())
         if np.isfinite(angle).any():
             traces.append(line(s.trajectory.time, angle, s.budget.fast, s.color, s.name, hovertemplate="%{y:.1f}°"))
@@ -164,15 +167,15 @@ def continuous(angle_deg: Array, stances: NDArray[np.int64]) -> Array:
     It is made continuous from stance to stance and follows the nearest turn between them: in a swing roll and yaw may jump where
     the pitch is upright, and adding those up would never come back.
     """
-    good = np.flatnonzero(np.isfinite(angle_deg))
-    if not len(good):
+    good = np.isfinite(angle_deg)
+    if not good.any():
         return angle_deg
-    at = np.intersect1d(stances.sum(1) // 2, good) if len(stances) else good
-    if not len(at):
-        at = good
+    middle = stances.sum(1) // 2
+    at = middle[good[middle]]
+    at = at if len(at) else np.flatnonzero(good)
     anchor = np.unwrap(angle_deg[at], period=360.0)
     centre = np.interp(np.arange(len(angle_deg)), at, anchor)
-    return centre + np.mod(angle_deg - centre + 180.0, 360.0) - 180.0
+    return angle_deg - 360.0 * np.round((angle_deg - centre) / 360.0)
 
 
 def uncertainty(drawn: Sequence[Subject]) -> Panel:

@@ -12,6 +12,7 @@ from bematist.recording import Reference
 from bematist.report.decimate import path_indices
 from bematist.report.panels import Subject
 from bematist.report.traces import Trace, encode, text
+from bematist.trajectory import PACKED
 
 if TYPE_CHECKING:
     from bematist.evaluate import Alignment
@@ -25,6 +26,9 @@ RADIUS_95 = 2.4477
 """Radius of the 95 % region of two normal variables, in standard deviations: sqrt of the chi-square quantile 5.991."""
 
 SHOWN_STANCES = 4000
+
+SWING_POINTS = 6
+"""Points of a swing, its ends included, that stay in the drawn path."""
 
 
 def laid_over(positions: Array, covariance: Array, own: Alignment | None, first: Alignment | None) -> tuple[Array, Array]:
@@ -46,7 +50,7 @@ def plan(drawn: Sequence[Subject], reference: Reference | None, alignments: Sequ
     below, paths, above = [], [], []
     for s, alignment in zip(drawn, alignments, strict=True):
         chosen = _instants(s)
-        p, P = laid_over(s.trajectory.position, s.trajectory.covariance[chosen], alignment, alignments[0])
+        p, P = laid_over(s.trajectory.position, s.trajectory.packed_covariance[chosen][:, PACKED], alignment, alignments[0])
         if not np.isfinite(p[:, :2]).all(1).any():
             continue
         below += _ellipses(s, p[chosen, :2], P[:, :2, :2])
@@ -67,9 +71,11 @@ def _instants(s: Subject) -> NDArray[np.int64]:
 
 
 def _path(s: Subject, p: Array) -> Trace:
-    # The ends of the stances stay, so that a place can be found from its time by interpolation.
+    # Stances keep their ends and swings some points between, so that a place can be found from its time by interpolation.
     spans = s.trajectory.stance_intervals()
-    edges = (spans[:: max(1, len(spans) // SHOWN_STANCES)] - np.array([0, 1])).ravel()
+    spans = spans[:: max(1, len(spans) * SWING_POINTS // s.budget.plan)] - np.array([0, 1])
+    lift, land = np.append(0, spans[:, 1]), np.append(spans[:, 0], len(p) - 1)
+    edges = np.linspace(lift, land, SWING_POINTS).astype(np.int64).ravel()
     k = path_indices(p[:, :2], s.budget.plan, edges)
     return {
         "type": "scatter",

@@ -159,11 +159,11 @@ def _live(analysis: StanceAnalysis, statistic: Array) -> dict[str, Any]:
 def _levels(logs: Array, low: float, high: float) -> str:
     """log10 values as base64 of uint16 steps from low to high; 65535 where there is none."""
     steps = np.round((logs - low) / (high - low) * LEVELS)
-    return base64.b64encode(np.where(np.isfinite(steps), steps, 65_535).astype("<u2")).decode("ascii")
+    return base64.b64encode(np.where(np.isfinite(steps), steps, 65_535).astype("<u2").tobytes()).decode("ascii")
 
 
 def _options(analysis: StanceAnalysis) -> str:
     """Options beside the threshold that make the command say the same as the page."""
     p = analysis.parameters
-    words = [f"--set stance.detector={p.detector}"] if p.detector != type(p)().detector else []
+    words = [f"--set stance.detector={p.detector}"] if p.detector != type(p).model_fields["detector"].default else []
     return " ".join([*words, *(["--set stance.rule=absolute"] if p.rule != "absolute" else [])])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,7 +50,7 @@ def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, referen
     if any(not len(t) for t in trajectories):
         raise DataError("A trajectory has no samples: there is nothing to draw.")
     drawn = subjects(trajectories)
-    alignments = [e.alignment if e else None for e in evaluate_all(trajectories, reference)]
+    alignments = [e.alignment if e else None for e in evaluate_all(trajectories, _thinned(reference))]
     local = align_reference(reference, alignments[0])
     figure = Figure(figsize=(8, 7.5), layout="constrained")
     plan, height = figure.subplots(2, 1, height_ratios=[3.2, 1])
@@ -59,6 +60,15 @@ def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, referen
     _dress(plan, height, many=len(drawn) > 1 or local is not None)
     with whole_file(path) as temporary:
         figure.savefig(temporary, dpi=150, format=path.suffix[1:].lower())
+
+
+def _thinned(reference: Reference | None) -> Reference | None:
+    """A reference by which to align: a few thousand instants of a dense one say where it lies."""
+    if reference is None or reference.footfall is not None:
+        return reference
+    k = slice(None, None, -(-len(reference.time) // 5000) or 1)
+    attitude = None if reference.attitude is None else reference.attitude[k]
+    return replace(reference, time=reference.time[k], position=reference.position[k], attitude=attitude)
 
 
 def _draw(plan: Axes, height: Axes, s: Subject, own: Alignment | None, first: Alignment | None) -> None:

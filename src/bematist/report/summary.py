@@ -21,7 +21,7 @@ def number(value: object, unit: str = "", digits: int = 2) -> str:
     if not isinstance(value, (int, float)) or not math.isfinite(value):
         return DASH
     shown = f"{value:,.{digits}f}".replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
-    return f"{shown} {unit}".strip()
+    return f"{shown}\N{NO-BREAK SPACE}{unit}" if unit else shown
 
 
 def clock(seconds: float) -> str:
@@ -94,7 +94,7 @@ def pace(trajectory: Trajectory) -> str:
     if not (math.isfinite(spent) and spent > 0):
         return ""
     times = float(trajectory.time[-1] - trajectory.time[0]) / spent
-    return f"{number(round(len(trajectory) / spent, -3), '', 0)} samples/s, {number(times, '', 0)} × real time"
+    return f"{number(round(len(trajectory) / spent, -3), '', 0)} samples/s, {number(times, '×', 0)} real time"
 
 
 def about(trajectories: Sequence[Trajectory]) -> str:
@@ -118,14 +118,17 @@ def warnings(drawn: Sequence[Subject]) -> str:
     return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
-def methods_table(drawn: Sequence[Subject]) -> str:
-    """The methods side by side."""
-    head = "Method|Distance|Closure|of distance|Height change|1 σ at the end, plan|Stance|Phases|Processing".split("|")
+def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | None]) -> str:
+    """The methods side by side, with their error where there is a reference."""
+    head = ["Method", "Distance", "Closure", "of distance", "Height change", "1 σ at the end, plan", "Stance", "Phases", "Processing"]
+    kinds = list(dict.fromkeys(str(e.alignment) for e in evaluations if e is not None))
+    head[1:1] = [f"Error in plan, rms [{' / '.join(kinds)}]"] if kinds else []
     rows = []
-    for s in drawn:
+    for s, e in zip(drawn, evaluations, strict=True):
         t = s.trajectory
         m = t.summary()
         cells = [
+            *([number(e.ate_plan_m if e else None, "m")] if kinds else []),
             number(m["distance_m"], "m", 1),
             number(m["closure_m"], "m"),
             _percent(m["closure_percent"]),

@@ -37,7 +37,7 @@ def encode(values: ArrayLike) -> dict[str, str]:
     kind = "f8" if len(finite) and finite.max() > LONG_S and _is_time(a) else "f4"
     with np.errstate(over="ignore"):
         data = np.ascontiguousarray(a, dtype="<" + kind)
-    return {"dtype": kind, "bdata": base64.b64encode(data).decode("ascii")}
+    return {"dtype": kind, "bdata": base64.b64encode(data.tobytes()).decode("ascii")}
 
 
 def _is_time(a: np.ndarray[Any, Any]) -> bool:

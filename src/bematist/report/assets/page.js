@@ -82,9 +82,9 @@ const bematist = (() => {
 
   function layout(more) {
     return {
-      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", margin: { l: 56, r: 14, t: 26, b: 38 }, uirevision: "keep",
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", margin: { l: narrow() ? 58 : 68, r: 14, t: 10, b: 38 },
       font: { family: getComputedStyle(document.body).fontFamily, color: color("@ink"), size: 12.5 },
-      legend: { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 12 }, bgcolor: "rgba(0,0,0,0)" },
+      legend: { orientation: "h", traceorder: "normal", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 12 }, bgcolor: "rgba(0,0,0,0)" },
       hoverlabel: { bgcolor: color("@surface"), bordercolor: color("@edge"), font: { color: color("@ink"), size: 12.5 } },
       ...more,
     };
@@ -96,11 +96,12 @@ const bematist = (() => {
 
   function timeLayout(panel) {
     const [from, to] = view;
-    const log = panel.log ? { type: "log", exponentformat: "power", dtick: null } : {};
+    const log = panel.log ? { type: "log", tickformat: "~g" } : {};
+    // No automargin for y: the time axes of all plots must stand below one another.
     return layout({
       dragmode: coarse ? false : "zoom", hovermode: "x unified", hoverdistance: 40,
       xaxis: axis("time (s)", { range: [from, to], hoverformat: ".2f", unifiedhovertitle: { text: "%{x} s" }, zeroline: false }),
-      yaxis: axis(panel.axis, { ...log, nticks: 6, zeroline: !panel.log }),
+      yaxis: axis(panel.axis, { ...log, nticks: 6, zeroline: !panel.log, automargin: false }),
       yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true },
       showlegend: panel.traces.some((t) => t.showlegend) && panel.traces.filter((t) => t.showlegend).length > 1,
       ...themed(panel.layout || {}),
@@ -127,8 +128,7 @@ const bematist = (() => {
 
   function planLayout() {
     return layout({
-      dragmode: coarse ? false : "pan", hovermode: "closest", showlegend: true, margin: { l: 56, r: 14, t: 10, b: 44 },
-      legend: { orientation: "h", x: 0, y: -0.09, xanchor: "left", yanchor: "top", font: { size: 12 }, bgcolor: "rgba(0,0,0,0)" },
+      dragmode: coarse ? false : "pan", hovermode: "closest", showlegend: true,
       xaxis: axis("east (m)", { zeroline: false }),
       yaxis: axis("north (m)", { zeroline: false, scaleanchor: "x", scaleratio: 1 }),
     });

@@ -124,8 +124,8 @@
       ...live.histogram, hovertemplate: "%{x:.3g}: %{y:.2f} % of the samples<extra></extra>",
     };
     const layout = bematist.layout({
-      dragmode: false, hovermode: "x", showlegend: false, shapes: [marker()], margin: { l: 56, r: 14, t: 8, b: 38 },
-      xaxis: bematist.axis("statistic", { type: "log", exponentformat: "power", fixedrange: true, range: [live.low, live.high] }),
+      dragmode: false, hovermode: "x", showlegend: false, shapes: [marker()], 
+      xaxis: bematist.axis("statistic", { type: "log", tickformat: "~g", fixedrange: true, range: [live.low, live.high] }),
       yaxis: bematist.axis("samples (%)", { fixedrange: true, rangemode: "tozero" }),
     });
     return Plotly.react(histogram, [trace], layout, bematist.config({ displayModeBar: false }));
