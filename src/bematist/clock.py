@@ -67,7 +67,7 @@ def repair(
     Raises
     ------
     DataError
-        No stamp is finite, or the stamps never advance.
+        No stamp is finite, or the stamps never advance, or they run backwards.
     UsageError
         An unknown mode.
     """
@@ -84,6 +84,8 @@ def repair(
         raise DataError(
             f"The {name} stamps never advance (all are {t[0]:g}). Name another time column, or give the rate, with --columns map.toml."
         )
+    if len(t) > 1 and np.mean(np.diff(t) < 0) > 0.5:
+        raise DataError(f"The {name} stamps run backwards. Sort the rows by time, or name another column with --columns map.toml.")
     t = _unwrap(t, wrap_s, warnings, name)
     x = None if values is None else np.asarray(values, float)[rows]
     t, rows, x = _drop_repeats(t, rows, x, warnings, name)

@@ -92,6 +92,8 @@ def sniff(path: str | Path) -> Format:
     for candidate in FORMATS.values():
         if candidate.load().sniff(head):
             return candidate
+    if head.raw[:2] == b"\x1f\x8b" or head.raw[:4] == b"PK\x03\x04":
+        raise DataError(f"{path}: the file is compressed. Unpack it first.")
     known = "; ".join(f"{f.name}: {f.summary}" for f in FORMATS.values())
     what = "the folder" if head.is_folder else "the file" if head.lines else "the file (it is not text)"
     raise DataError(

@@ -12,7 +12,7 @@ from bematist.errors import DataError
 from bematist.frames import axes_matrix
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.scale import check_forced, factor, time_factor
-from bematist.io.suspect import warnings_of
+from bematist.io.suspect import stuck, warnings_of
 from bematist.recording import Recording
 
 Array = NDArray[np.float64]
@@ -21,6 +21,8 @@ Rows = NDArray[np.int64]
 EPOCH_S = 1e8
 """Times beyond this (1973) are UNIX times."""
 WRAP_TICKS = 2.0**32
+BEYOND = 1e9
+"""No sensor reads more, in any unit: a damaged file."""
 
 
 def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | None = None, clock: Mode = "auto") -> Recording:
@@ -59,6 +61,8 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
                 scaled[name] = scaled[name] @ M.T
         raw.notes.append(f'Axes: turned by "{axes}"')
     raw.warnings.extend(warnings_of(time, scaled["specific_force"], scaled["angular_rate"]))
+    if "magnetic_flux_density" in scaled:
+        raw.warnings.extend(stuck("magnetometer", scaled["magnetic_flux_density"]))
     extra: dict[str, object] = {}
     if "magnetic_flux_density" in clocks:
         c = clocks["magnetic_flux_density"]
@@ -161,9 +165,13 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
         stream = raw.streams.get(name)
         if stream is None:
             continue
-        whole = np.isfinite(stream.values.sum(1))
+        whole = np.abs(stream.values).max(1) < BEYOND  # and neither NaN nor infinite
         broken = np.flatnonzero(~whole)
         partial = broken[np.isfinite(stream.values[broken]).any(1)]
+        beyond = (np.abs(stream.values[broken]) >= BEYOND).any(1)
+        if beyond.any():
+            raw.warnings.append(f"{beyond.sum()} {WORDS[name]} samples beyond anything a sensor can read were left out.")
+            partial = partial[~beyond[np.searchsorted(broken, partial)]]
         if len(partial):
             raw.warnings.append(f"{len(partial)} {WORDS[name]} samples with a part missing were left out.")
         stream.values[broken] = np.nan

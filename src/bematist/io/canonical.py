@@ -34,7 +34,7 @@ def is_parquet(head: Head) -> bool:
 def sniff(head: Head) -> bool:
     if is_parquet(head):
         return True
-    names = set(split_header(head.header()[1])[0])
+    names = {name.lower() for name in split_header(head.header()[1])[0]}
     return len(names & {"fx", "fy", "fz", "wx", "wy", "wz"}) >= 3
 
 
@@ -43,6 +43,7 @@ def read(head: Head) -> Raw:
         return from_columns(head.path, _parquet(head.path))
     line, text = head.header()
     names, separator = split_header(text)
+    names = [name.lower() for name in names]
     wanted = _wanted(head.path, names)
     return from_columns(head.path, read_columns(head, line, names, wanted, separator=separator))
 

@@ -29,9 +29,7 @@ def warnings_of(time: Array, force: Array, rate: Array) -> Iterator[str]:
                 f"The {word} saturates: {'xyz'[axis]} stays at {extreme / scale:.4g} {unit} for {count} samples. Motion beyond "
                 "its range is lost, and the path suffers."
             )
-        stuck = ["xyz"[k] for k in range(3) if len(time) > 10 and np.nanmax(values[:, k]) == np.nanmin(values[:, k])]
-        if stuck:
-            yield f"The {word} never changes on {', '.join(stuck)}: it may be stuck or not recorded."
+        yield from stuck(word, values)
         empty = float(np.isnan(values[:, 0]).mean())
         if empty > EMPTY_PART:
             yield f"{100 * empty:.1f} % of the rows have no {word} sample."
@@ -41,3 +39,10 @@ def warnings_of(time: Array, force: Array, rate: Array) -> Iterator[str]:
     hz = 1 / float(np.median(np.diff(time)))
     if hz < SLOW_HZ:
         yield f"The rate of {hz:.3g} Hz is too slow to follow a foot; expect a poor path."
+
+
+def stuck(word: str, values: Array) -> Iterator[str]:
+    """A warning about the axes (N,3) that never change."""
+    axes = ["xyz"[k] for k in range(3) if len(values) > 10 and np.nanmax(values[:, k]) == np.nanmin(values[:, k])]
+    if axes:
+        yield f"The {word} never changes on {', '.join(axes)}: it may be stuck or not recorded."

@@ -100,6 +100,7 @@ def _fast(
             comment_prefix=comment if _contains(head, comment) else None,
             null_values=NO_VALUE,
             decimal_comma=comma,
+            glob=False,
         )
     except (pl.exceptions.PolarsError, OSError, ValueError):
         return None
