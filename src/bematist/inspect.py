@@ -20,7 +20,9 @@ REST_LEAST_S = 1.0
 REST_FORCE = 0.4
 """m/s²: spread of the norm of specific force within a block at rest."""
 REST_RATE = 0.15
-"""rad/s: angular rate, its median over the recording's quiet half taken off, at rest."""
+"""rad/s: angular rate at rest, the bias taken off."""
+MOST_BIAS = 0.2
+"""rad/s: a larger steady rate is a turn, not a bias."""
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -94,14 +96,21 @@ def rest_periods(recording: Recording, least_s: float = REST_LEAST_S) -> list[tu
         return []
     force = norms(r.specific_force[good])[: blocks * n].reshape(blocks, n)
     rate = r.angular_rate[good][: blocks * n]
-    size = norms(rate)
-    bias = np.median(rate[size <= np.median(size)], axis=0)
+    bias = _bias(rate.reshape(blocks, n, 3))
     turning = norms(rate - bias).reshape(blocks, n)
     start, end = t[: blocks * n].reshape(blocks, n)[:, 0], t[: blocks * n].reshape(blocks, n)[:, -1]
     still = (force.std(1) < REST_FORCE) & (np.sqrt((turning**2).mean(1)) < REST_RATE) & (end - start < 3 * REST_BLOCK_S)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8))).reshape(-1, 2)
     spans = [(float(start[a]), float(end[b - 1] - start[a])) for a, b in edges]
     return [(begin, length) for begin, length in spans if length >= least_s]
+
+
+def _bias(blocks: Array) -> Array:
+    """Gyroscope bias (3,), rad/s: the mean rate of the tenth of blocks (B,n,3) that vary least; 0 where that is a turn."""
+    spread = blocks.std(1).sum(1)
+    quiet = spread <= np.quantile(spread, 0.1)
+    bias = np.median(blocks[quiet].mean(1), axis=0)
+    return bias if np.linalg.norm(bias) < MOST_BIAS else np.zeros(3)
 
 
 def _rest_norm(r: Recording, rest: list[tuple[float, float]]) -> float | None:

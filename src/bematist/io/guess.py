@@ -20,6 +20,8 @@ RATE_FLOOR = 0.35
 """rad/s (20 °/s): a smaller peak is worth a closer look."""
 JUDGED = 50000
 """Samples that are judged by the turning of gravity."""
+LEVELS = 40
+"""A signal with fewer distinct values is too coarse to tell saturation."""
 FIELD_UT = (5.0, 200.0)
 """µT: what a magnetometer near people reads, iron included (the Earth alone: 22 to 67)."""
 
@@ -102,6 +104,8 @@ def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
         return float("nan")
     norm = np.linalg.norm(f, axis=1)
     g = rest_norm(f)
+    if not g > 0:
+        return float("nan")
     turn = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(t)[:, None], 0)])
     i = np.arange(0, len(t) - lag, max(1, lag // 2))
     j = i + lag
@@ -193,6 +197,7 @@ def saturated(values: Array) -> list[tuple[int, float, int]]:
             if len(there) < 3 or len(there) > len(x) // 2 or extreme == 0:
                 continue
             runs = np.flatnonzero((there[2:] - there[:-2]) == 2)
-            if len(runs) and abs(extreme) > 3 * np.nanmedian(np.abs(x - np.nanmedian(x))):
+            # A quiet signal of few levels repeats its extremes as well.
+            if len(runs) and len(np.unique(x[np.isfinite(x)])) > LEVELS:
                 found.append((axis, extreme, len(there)))
     return found

@@ -1,0 +1,151 @@
+"""Trajectories as `trajectory.parquet` and `trajectory.csv`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bematist.errors import DataError
+from bematist.outputs import whole_file
+from bematist.trajectory import COLUMNS, Trajectory
+
+if TYPE_CHECKING:
+    import polars as pl
+
+COVARIANCE_COLUMNS = tuple(
+    f"cov_{of}_{axes}" for of in ("position", "velocity", "attitude") for axes in ("ee", "en", "eu", "nn", "nu", "uu")
+)
+"""Columns of the parquet file after `trajectory.COLUMNS`: upper triangles of the three covariances (m², m²/s²,
+rad²).
+"""
+
+DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]}
+"""Decimals of the CSV: µs, µm, µm/s, and 1e-8 of a quaternion (a millionth of a degree)."""
+
+
+def write_trajectory(trajectory: Trajectory, folder: str | Path) -> None:
+    """Write `trajectory.parquet` (every bit, with the covariances) and `trajectory.csv` (`DECIMALS`) into a folder that
+    exists.
+
+    Raises
+    ------
+    DataError
+        The folder cannot be written.
+    """
+    write_parquet(trajectory, Path(folder) / "trajectory.parquet")
+    write_csv(trajectory, Path(folder) / "trajectory.csv")
+
+
+def write_parquet(trajectory: Trajectory, path: Path) -> None:
+    """`trajectory.COLUMNS`, then `COVARIANCE_COLUMNS`, as float64: what is read back is the same bit for bit."""
+    import polars as pl
+
+    packed = trajectory.packed_covariance
+    table = trajectory.to_polars().with_columns(pl.Series(n, packed[:, k]) for k, n in enumerate(COVARIANCE_COLUMNS))
+    with whole_file(path) as place:
+        table.write_parquet(place, compression="lz4")
+
+
+def write_csv(trajectory: Trajectory, path: Path) -> None:
+    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell."""
+    import polars as pl
+
+    table = trajectory.to_polars()
+    # Rounded doubles print shorter and faster than a fixed number of decimals; a NaN is no number to other readers.
+    rounded = [pl.col(name).round(n) for name, n in DECIMALS.items()]
+    unknown = [name for name in table.columns[:-1] if table[name].is_nan().any()]
+    table = table.with_columns(rounded).with_columns(pl.col(name).fill_nan(None) for name in unknown)
+    with whole_file(path) as place:
+        table.write_csv(place)
+
+
+def read_trajectory(path: str | Path) -> Trajectory:
+    """Read a trajectory: its Parquet or CSV file, or the folder that holds them (the Parquet is then preferred).
+
+    Method, source and warnings come from the `summary.json` beside the file. A CSV knows the standard deviations of the
+    position only, so the rest of the covariance is NaN.
+
+    Raises
+    ------
+    DataError
+        No such file, or it holds no trajectory.
+    """
+    path = Path(path)
+    if path.is_dir():
+        found = [p for n in ("trajectory.parquet", "trajectory.csv") if (p := path / n).is_file()]
+        if not found:
+            raise DataError(f"{path}: there is no trajectory.parquet or trajectory.csv in this folder. Make one with `bematist track`.")
+        path = found[0]
+    table = _table(path)
+    if missing := [name for name in COLUMNS if name not in table.columns]:
+        raise DataError(
+            f"{path}: this is no trajectory, the column{'s' * (len(missing) > 1)} {', '.join(missing)} "
+            f"{'are' if len(missing) > 1 else 'is'} missing. `bematist track` writes {', '.join(COLUMNS)}."
+        )
+    if not len(table):
+        raise DataError(f"{path}: the trajectory has no rows.")
+    values = _numbers(table, path)
+    summary = _summary(path.parent)
+    return Trajectory(
+        time=values[:, 0].copy(),
+        position=values[:, 1:4].copy(),
+        velocity=values[:, 4:7].copy(),
+        attitude=values[:, 7:11].copy(),
+        stance=(values[:, 14] > 0).astype(np.uint8),
+        packed_covariance=_covariance(table, values, path),
+        method=str(summary.get("method") or ""),
+        source=str(summary.get("source") or path),
+        warnings=tuple(summary.get("warnings") or ()),
+    )
+
+
+def _table(path: Path) -> pl.DataFrame:
+    import polars as pl
+
+    try:
+        with path.open("rb") as file:
+            parquet = file.read(4) == b"PAR1"
+        # glob=False: a name with brackets is a name.
+        return pl.read_parquet(path, glob=False) if parquet else pl.read_csv(path, comment_prefix="#", glob=False)
+    except OSError as error:
+        raise DataError(f"{path}: the trajectory cannot be read ({error.strerror or error}).") from None
+    except pl.exceptions.PolarsError as error:
+        first = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise DataError(f"{path}: this is no readable trajectory, it is damaged or of another format ({first}).") from None
+
+
+def _numbers(table: pl.DataFrame, path: Path) -> np.ndarray:
+    import polars as pl
+
+    text = [name for name in COLUMNS if not table[name].dtype.is_numeric() and table[name].dtype not in (pl.Null, pl.Boolean)]
+    if text:
+        raise DataError(f"{path}: the column {text[0]} holds text where numbers belong. Look for a damaged row.")
+    values = table.select(pl.col(name).cast(pl.Float64) for name in COLUMNS).to_numpy()
+    bad = np.flatnonzero(~np.isfinite(values[:, :4]).all(1))
+    if len(bad):
+        raise DataError(f"{path}: row {bad[0] + 2} has no time or no position. Look for a damaged row.")
+    return values
+
+
+def _covariance(table: pl.DataFrame, values: np.ndarray, path: Path) -> np.ndarray:
+    import polars as pl
+
+    if all(name in table.columns for name in COVARIANCE_COLUMNS):
+        try:
+            return np.ascontiguousarray(table.select(pl.col(n).cast(pl.Float64) for n in COVARIANCE_COLUMNS).to_numpy())
+        except pl.exceptions.PolarsError:
+            raise DataError(f"{path}: the columns cov_… hold text where numbers belong.") from None
+    packed = np.full((len(values), 18), np.nan)
+    packed[:, [0, 3, 5]] = values[:, 11:14] ** 2
+    return packed
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    try:
+        found = json.loads((folder / "summary.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
