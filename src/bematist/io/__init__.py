@@ -103,7 +103,15 @@ def sniff(path: str | Path) -> Format:
 
 def __getattr__(name: str) -> Any:
     # Loaded on first use: the reader of a CSV needs neither writers nor references.
-    home = {"read_reference": "reference"}
+    home = {
+        "read_reference": "reference",
+        "write_reference": "reference",
+        "write_recording": "canonical",
+        "write_trajectory": "trajectory_files",
+        "read_trajectory": "trajectory_files",
+        "export": "exports",
+        "EXPORTS": "exports",
+    }
     if name in home:
         return getattr(importlib.import_module(f"bematist.io.{home[name]}"), name)
     raise AttributeError(f"module 'bematist.io' has no attribute {name!r}")

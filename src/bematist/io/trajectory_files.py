@@ -35,25 +35,30 @@ def write_trajectory(trajectory: Trajectory, folder: str | Path) -> None:
     DataError
         The folder cannot be written.
     """
-    write_parquet(trajectory, Path(folder) / "trajectory.parquet")
-    write_csv(trajectory, Path(folder) / "trajectory.csv")
-
-
-def write_parquet(trajectory: Trajectory, path: Path) -> None:
-    """`trajectory.COLUMNS`, then `COVARIANCE_COLUMNS`, as float64: what is read back is the same bit for bit."""
-    import polars as pl
-
-    packed = trajectory.packed_covariance
-    table = trajectory.to_polars().with_columns(pl.Series(n, packed[:, k]) for k, n in enumerate(COVARIANCE_COLUMNS))
-    with whole_file(path) as place:
-        table.write_parquet(place, compression="lz4")
-
-
-def write_csv(trajectory: Trajectory, path: Path) -> None:
-    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell."""
-    import polars as pl
-
     table = trajectory.to_polars()
+    write_parquet(trajectory, Path(folder) / "trajectory.parquet", table)
+    write_csv(trajectory, Path(folder) / "trajectory.csv", table)
+
+
+def write_parquet(trajectory: Trajectory, path: Path, table: pl.DataFrame | None = None) -> None:
+    """`trajectory.COLUMNS`, then `COVARIANCE_COLUMNS`, as float64: what is read back is the same bit for bit.
+
+    `table` is `trajectory.to_polars()` where the caller has it. Not compressed: of such digits a codec saves a seventh.
+    """
+    import polars as pl
+
+    table = trajectory.to_polars() if table is None else table
+    packed = np.ascontiguousarray(trajectory.packed_covariance.T)
+    table = table.with_columns(pl.Series(name, row) for name, row in zip(COVARIANCE_COLUMNS, packed, strict=True))
+    with whole_file(path) as place:
+        table.write_parquet(place, compression="uncompressed")
+
+
+def write_csv(trajectory: Trajectory, path: Path, table: pl.DataFrame | None = None) -> None:
+    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell. `table` as for `write_parquet`."""
+    import polars as pl
+
+    table = trajectory.to_polars() if table is None else table
     # Rounded doubles print shorter and faster than a fixed number of decimals; a NaN is no number to other readers.
     rounded = [pl.col(name).round(n) for name, n in DECIMALS.items()]
     unknown = [name for name in table.columns[:-1] if table[name].is_nan().any()]
@@ -109,7 +114,10 @@ def _table(path: Path) -> pl.DataFrame:
         with path.open("rb") as file:
             parquet = file.read(4) == b"PAR1"
         # glob=False: a name with brackets is a name.
-        return pl.read_parquet(path, glob=False) if parquet else pl.read_csv(path, comment_prefix="#", glob=False)
+        if parquet:
+            return pl.read_parquet(path, glob=False)
+        # Types are given: the first hundred rows of a rest look like integers.
+        return pl.read_csv(path, comment_prefix="#", glob=False, schema_overrides=dict.fromkeys(COLUMNS, pl.Float64))
     except OSError as error:
         raise DataError(f"{path}: the trajectory cannot be read ({error.strerror or error}).") from None
     except pl.exceptions.PolarsError as error:
