@@ -14,9 +14,8 @@ from bematist.cli.app import app
 from bematist.cli.console import output, warn
 from bematist.cli.options import Reading
 from bematist.errors import UsageError
-from bematist.outputs import results_folder, whole_file
+from bematist.outputs import results_folder
 
-RECORDING_SUFFIXES = (".csv", ".parquet")
 EXPORTS = {".tum": "tum", ".txt": "tum", ".geojson": "geojson", ".json": "geojson", ".gpx": "gpx", ".csv": "csv"}
 EXPORTS |= {".parquet": "parquet"}
 
@@ -33,15 +32,12 @@ def convert(
     quiet: options.Quiet = False,
 ) -> None:
     """Write a recording of any format as canonical CSV or Parquet."""
-    if out.suffix.lower() not in RECORDING_SUFFIXES:
-        raise UsageError(f"{out}: the suffix says what is written: use .csv or .parquet.")
     if out.exists() and recording.exists() and out.samefile(recording):
         raise UsageError(f"{out}: this would overwrite the recording. Choose another name.")
     from bematist.io import write_recording
 
     data = Reading.given(format, columns, axes, units, clock).read(recording)
-    with whole_file(out) as place:
-        write_recording(data, place)
+    write_recording(data, out)
     if not quiet:
         output().print(f"{len(data):,} samples in {out}", soft_wrap=True)
         warn(data.warnings)
@@ -75,8 +71,7 @@ def export(
     from bematist.io import export as write
     from bematist.io import read_trajectory
 
-    with whole_file(out) as temporary:
-        write(read_trajectory(trajectory), temporary, kind, origin=place, heading_deg=heading)
+    write(read_trajectory(trajectory), out, kind, origin=place, heading_deg=heading)
 
 
 def _origin(text: str) -> tuple[float, ...]:

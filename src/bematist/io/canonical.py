@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.errors import DataError
+from bematist.errors import DataError, UsageError
 from bematist.io.head import Head
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.table import read_columns, split_header
+from bematist.recording import Recording
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "specific_force": ("fx", "fy", "fz"),
@@ -87,3 +88,53 @@ def _parquet(path: Path) -> dict[str, NDArray[np.float64]]:
     if not len(frame):
         raise DataError(f"{path}: the table has no row. Export the recording again.")
     return {name: frame[name].to_numpy() for name in wanted}
+
+
+DECIMALS = {"time": 9}
+"""Decimals of a CSV: ns for the time, 1e-7 of its unit for all else, far below the noise of any sensor."""
+
+
+def write_recording(recording: Recording, path: str | Path) -> None:
+    """Write a recording as canonical CSV, or Parquet (bit for bit), by the suffix.
+
+    Each sensor keeps its own instants: a row holds the sensors that have a sample at its time, other cells are empty.
+
+    Raises
+    ------
+    UsageError
+        Another suffix.
+    DataError
+        The file cannot be written.
+    """
+    import polars as pl
+
+    from bematist.outputs import whole_file
+
+    path = Path(path)
+    if path.suffix.lower() not in (".csv", ".parquet"):
+        raise UsageError(f"{path}: the suffix says what is written: use .csv or .parquet.")
+    table = pl.DataFrame(_table(recording)).fill_nan(None)
+    with whole_file(path) as place:
+        if path.suffix.lower() == ".parquet":
+            table.write_parquet(place)
+        else:
+            table.with_columns(pl.col(name).round(DECIMALS.get(name, 7)) for name in table.columns).write_csv(place)
+
+
+def _table(r: Recording) -> dict[str, NDArray[np.float64]]:
+    sensors = {
+        "specific_force": (r.time, r.specific_force),
+        "angular_rate": (r.time, r.angular_rate),
+        "magnetic_flux_density": (r.magnetic_time, r.magnetic_flux_density),
+        "pressure": (r.pressure_time, r.pressure[:, None]),
+    }
+    time = np.unique(np.concatenate([times for times, _ in sensors.values()]))
+    table = {"time": time}
+    for quantity, (times, values) in sensors.items():
+        if not len(times):
+            continue
+        rows = np.searchsorted(time, times)
+        for name, column in zip(COLUMNS[quantity], values.T, strict=True):
+            table[name] = np.full(len(time), np.nan)
+            table[name][rows] = column
+    return table

@@ -106,3 +106,22 @@ def _columns(head: Head) -> dict[str, np.ndarray]:
         return {n: frame[n].to_numpy() for n in wanted}
     except (pl.exceptions.PolarsError, OSError) as error:
         raise DataError(f"{head.path}: cannot be read ({str(error).splitlines()[0][:120]}). Write it anew.") from None
+
+
+def write_reference(reference: Reference, path: str | Path) -> None:
+    """Write a reference as CSV with `time,east,north,up[,qw,qx,qy,qz]`; what is not known is an empty cell.
+
+    Raises
+    ------
+    DataError
+        The file cannot be written.
+    """
+    import polars as pl
+
+    from bematist.outputs import whole_file
+
+    columns = dict(zip(("time", "east", "north", "up"), (reference.time, *reference.position.T), strict=True))
+    if reference.attitude is not None:
+        columns |= dict(zip(("qw", "qx", "qy", "qz"), reference.attitude.T, strict=True))
+    with whole_file(Path(path)) as place:
+        pl.DataFrame(columns).fill_nan(None).write_csv(place)
