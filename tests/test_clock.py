@@ -175,7 +175,9 @@ def test_strange_clocks():
     with pytest.raises(DataError, match="No time stamp"):
         repair(np.full(10, np.nan), np.zeros((10, 6)))
     assert repair(np.array([5.0]), np.zeros((1, 6))).time.tolist() == [5.0]
-    assert len(repair(np.array([2.0, 1.0]), np.zeros((2, 6))).time) == 2
+    with pytest.raises(DataError, match="backwards"):
+        repair(np.array([2.0, 1.0]), np.zeros((2, 6)))
+    assert repair(np.array([1.0, 2.0]), np.zeros((2, 6))).time.tolist() == [1.0, 2.0]
     with_nan = repair(np.array([0.0, np.nan, 0.02, 0.03, 0.04, 0.05]), walk(np.arange(6.0)))
     assert with_nan.rows.tolist() == [0, 2, 3, 4, 5]
 

@@ -70,3 +70,10 @@ def test_describe_one_sample_and_nothing_finite():
     assert describe(gone)["sensors"]["accelerometer"]["samples"] == 0
     assert rest_periods(gone) == []
     json.dumps(describe(gone), allow_nan=False)
+
+
+def test_uneven_steps_are_jitter_and_not_gaps():
+    t = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.008, 500))
+    still = Recording(time=t, specific_force=np.full((500, 3), 5.6), angular_rate=np.zeros((500, 3)))
+    acc = describe(still)["sensors"]["accelerometer"]
+    assert acc["gaps"] == 0 and acc["jitter_ms"] == pytest.approx(6 / math.sqrt(12), rel=0.1)

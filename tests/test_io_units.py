@@ -94,6 +94,28 @@ def test_canonical_time_in_ms_is_doubted(tmp_path):
     np.testing.assert_allclose(read(path, units={"time": "ms"}).time, walk_rows()[:, 0], atol=1e-9)
 
 
+def test_a_column_that_numbers_samples_is_no_time(tmp_path):
+    rows = walk_rows()
+    rows[:, 0] = np.arange(len(rows))
+    with pytest.raises(DataError, match="rate_hz"):
+        mapped(tmp_path, rows)
+
+
+def test_slow_canonical_rate_in_degrees_is_doubted(tmp_path):
+    """A peak of 12 could be rad/s, as a foot has; gravity, which turns in a second or so, tells that it is not."""
+    t = np.arange(3000) / 100
+    tilt = 0.6 * np.sin(2 * np.pi * 0.06 * t)
+    rate = np.stack([np.gradient(tilt, t), 0 * t, 0 * t], 1)
+    force = G * np.stack([0 * t, np.sin(tilt), np.cos(tilt)], 1)
+    noise = 1e-3 * np.random.default_rng(0).normal(size=(3000, 6))
+    right = np.column_stack([t, np.hstack([force, rate]) + noise])
+    header = HEADER.removesuffix(",mx,my,mz")
+    assert not read(write(tmp_path / "a.csv", header, right)).warnings
+    wrong = right * np.r_[np.ones(4), np.full(3, np.degrees(1.0))]
+    assert 10 < guess.peak_rate(wrong[:, 4:7]) < 20
+    assert any("angular_rate=deg/s" in w for w in read(write(tmp_path / "b.csv", header, wrong)).warnings)
+
+
 def test_wrong_units_asked(tmp_path):
     path = write(tmp_path / "a.csv", HEADER, walk_rows())
     with pytest.raises(UsageError, match="furlong"):

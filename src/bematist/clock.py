@@ -124,7 +124,7 @@ def _drop_repeats(t: Array, rows: Rows, x: Array | None, warnings: list[str], na
         return t, rows, x
     same = again.copy()
     k = np.flatnonzero(again)
-    same[k] = [np.array_equal(x[i], x[i + 1], equal_nan=True) for i in k]
+    same[k] = ((x[k] == x[k + 1]) | (np.isnan(x[k]) & np.isnan(x[k + 1]))).all(1)
     # Where most repeated stamps carry new values, they are late reports, and equal values are chance.
     if same.sum() * 2 < again.sum():
         return t, rows, x

@@ -15,6 +15,9 @@ LONG_GAP_S = 1.0
 KNOT_S = 30.0
 """Spacing of the knots of a fitted clock: the rate of a sensor's oscillator wanders with temperature."""
 
+JUDGED = 20000
+"""Samples on which the signal is asked."""
+
 
 def period(t: Array) -> float:
     """Robust sampling period (s) of stamps (N,), N ≥ 2: the mode of the steps where they agree, else a long-lag slope."""
@@ -60,13 +63,16 @@ def uniform(t: Array, count: Index | None = None) -> tuple[Array, Index]:
 
 def _lost_among_jitter(t: Array, T: float) -> tuple[Index, float]:
     """Samples lost at each step where single steps say nothing, and the period."""
-    from bematist.kernels.lost import lost_samples
+    from bematist.kernels.lost import BEAM, NEXT, lost_samples
 
     d = np.diff(t)
     usual = d[np.abs(d - T) < 20 * T]
     jitter = max(float(np.std(usual)) / np.sqrt(2) if len(usual) else T, 0.03 * T)
     # Odds of one loss in some thousand samples; late reports beyond four deviations weigh no more.
-    lost = lost_samples(t, T, jitter, 9.0, 8.0)
+    lost = np.zeros(len(t) - 1, np.int64)
+    real, whole = np.zeros((6, NEXT)), np.zeros((4, NEXT), np.int64)
+    parent, loss = np.zeros((len(t), BEAM), np.int8), np.zeros((len(t), BEAM), np.int32)
+    lost_samples(np.ascontiguousarray(t), T, jitter, 9.0, 8.0, real, whole, parent, loss, lost)
     index = np.concatenate([[0], np.cumsum(lost + 1)])
     lag = max(1, min(1000, len(t) // 4))
     return lost, float(np.median((t[lag:] - t[:-lag]) / (index[lag:] - index[:-lag])))
@@ -119,8 +125,11 @@ def signal_vote(t_stamps: Array, t_uniform: Array, values: Array) -> float:
     ts, tu, x = t_stamps[good], t_uniform[good], values[good]
     if len(x) < 60:
         return 0.0
-    if len(x) > 40000:
-        ts, tu, x = ts[:40000], tu[:40000], x[:40000]
+    if len(x) > JUDGED:
+        # The stretch that moves most says most.
+        starts = range(0, len(x) - JUDGED + 1, JUDGED // 2)
+        start = max(starts, key=lambda i: float(x[i : i + JUDGED].var(0).sum()))
+        ts, tu, x = (v[start : start + JUDGED] for v in (ts, tu, x))
     a, b = _cubic_residual(ts, x), _cubic_residual(tu, x)
     scale = np.minimum(a, b).mean(0)
     moving = scale > 0

@@ -66,8 +66,9 @@ def _sensor(time: Array, values: Array, unit: str, scale: float) -> dict[str, An
     if len(t) > 1:
         d = np.diff(t)
         step = float(np.median(d))
-        # Half a step late is jitter; more is a sample that is not there.
-        gap = d > 1.5 * step
+        # On an even clock half a step late is a sample that is not there; uneven steps vary more than that.
+        uneven = float(np.mean(np.abs(d / step - np.round(d / step)) > 0.1)) > 0.1
+        gap = d > (3.0 if uneven else 1.5) * step
         regular = d[~gap]
         out |= {
             "rate_hz": 1 / step,

@@ -165,10 +165,12 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
         stream = raw.streams.get(name)
         if stream is None:
             continue
-        whole = np.abs(stream.values).max(1) < BEYOND  # and neither NaN nor infinite
+        whole = np.isfinite(stream.values.sum(1))
+        if max(np.fmax.reduce(stream.values, None), -np.fmin.reduce(stream.values, None)) >= BEYOND:
+            whole &= np.abs(stream.values).max(1) < BEYOND
         broken = np.flatnonzero(~whole)
         partial = broken[np.isfinite(stream.values[broken]).any(1)]
-        beyond = (np.abs(stream.values[broken]) >= BEYOND).any(1)
+        beyond = np.any(np.abs(stream.values[broken]) >= BEYOND, axis=1)
         if beyond.any():
             raw.warnings.append(f"{beyond.sum()} {WORDS[name]} samples beyond anything a sensor can read were left out.")
             partial = partial[~beyond[np.searchsorted(broken, partial)]]
@@ -186,7 +188,7 @@ def _inertial(clocks: Mapping[str, Clock], raw: Raw) -> tuple[Array, Array, Arra
     """Accelerometer and gyroscope on one time axis; NaN where one of them has no sample."""
     a, g = clocks["specific_force"], clocks["angular_rate"]
     f, w = raw.streams["specific_force"].values, raw.streams["angular_rate"].values
-    if np.array_equal(a.time, g.time):
+    if a is g or np.array_equal(a.time, g.time):
         return a.time, f, w
     # Instants that agree within a µs are one instant.
     time = np.union1d(a.time, g.time)

@@ -16,9 +16,7 @@ TOLERANCE = 0.2
 """How far the norm at rest may lie from gravity for a unit to be believed."""
 RATE_LIMIT = 60.0
 """rad/s (3400 °/s): no body-worn sensor turns faster for long, and few measure more."""
-RATE_FLOOR = 0.35
-"""rad/s (20 °/s): a smaller peak is worth a closer look."""
-JUDGED = 50000
+JUDGED = 20000
 """Samples that are judged by the turning of gravity."""
 LEVELS = 40
 """A signal with fewer distinct values is too coarse to tell saturation."""
@@ -90,37 +88,32 @@ def peak_rate(rate: Array) -> float:
 
 
 def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
-    """Median angle (rad) between the gravity that the gyroscope predicts over a tenth of a second and the one measured.
+    """Median angle (rad) between the gravity that the gyroscope predicts a moment ahead and the one measured.
 
-    Only instants whose norm is near gravity count, and those where the sensor tilts: NaN where there are fewer than 20.
+    The moment is 0.1 s, or longer where the sensor tilts too little. Only instants whose norm is near gravity count, and those
+    between which the sensor tilts: NaN where there are fewer than 20.
     """
-    good = np.isfinite(force).all(1) & np.isfinite(rate_rad_s).all(1)
-    f, w, t = force[good][:JUDGED], rate_rad_s[good][:JUDGED], time[good][:JUDGED]
-    if len(t) < 100:
+    first = max(0, (len(time) - JUDGED) // 2)
+    part = slice(first, first + JUDGED)
+    good = np.isfinite(force[part]).all(1) & np.isfinite(rate_rad_s[part]).all(1)
+    f, w, t = force[part][good], rate_rad_s[part][good], time[part][good]
+    norm, g = norms(f), rest_norm(f)
+    if len(t) < 100 or not g > 0:
         return float("nan")
     step = float(np.median(np.diff(t)))
-    lag = max(1, round(0.1 / step)) if step > 0 else 1
-    if len(t) <= 2 * lag:
-        return float("nan")
-    norm = np.linalg.norm(f, axis=1)
-    g = rest_norm(f)
-    if not g > 0:
-        return float("nan")
     turn = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(t)[:, None], 0)])
-    i = np.arange(0, len(t) - lag, max(1, lag // 2))
-    j = i + lag
-    steady = (np.abs(norm[i] / g - 1) < 0.05) & (np.abs(norm[j] / g - 1) < 0.05) & (t[j] - t[i] < 0.3)
-    i, j = i[steady], j[steady]
-    if not len(i):
-        return float("nan")
-    u, v = f[i] / norm[i][:, None], f[j] / norm[j][:, None]
-    tilt = np.arccos(np.clip((u * v).sum(1), -1, 1))
-    moved = tilt > 0.1
-    if moved.sum() < 20:
-        return float("nan")
-    # A vector fixed in n turns in b against the sensor's own turn.
-    predicted = _turn(u[moved], -(turn[j[moved]] - turn[i[moved]]))
-    return float(np.median(np.arccos(np.clip((predicted * v[moved]).sum(1), -1, 1))))
+    level = np.abs(norm / g - 1) < 0.05
+    for moment_s in (0.1, 0.3, 1.0):
+        lag = max(1, round(moment_s / step))
+        i = np.arange(0, max(0, len(t) - lag), max(1, lag // 4))
+        i = i[level[i] & level[i + lag] & (t[i + lag] - t[i] < 2 * moment_s + step)]
+        u, v = f[i] / norm[i][:, None], f[i + lag] / norm[i + lag][:, None]
+        moved = (u * v).sum(1) < np.cos(0.1)
+        if moved.sum() >= 20:
+            # A vector fixed in n turns in b against the sensor's own turn.
+            predicted = _turn(u[moved], turn[i[moved]] - turn[i[moved] + lag])
+            return float(np.median(np.arccos(np.clip((predicted * v[moved]).sum(1), -1, 1))))
+    return float("nan")
 
 
 def _turn(v: Array, r: Array) -> Array:
@@ -145,8 +138,6 @@ def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str
         far = norm > 0 and abs(norm / STANDARD_GRAVITY - 1) > TOLERANCE
         return f"its norm at rest would be {norm:.4g} m/s² where gravity has 9.8" if far else ""
     if name == "angular_rate":
-        if RATE_FLOOR < peak_rate(si) < RATE_LIMIT:
-            return ""
         unit, why = unit_of(name, {"specific_force": values["specific_force"], name: si}, time)
         return "" if unit == "rad/s" else f"that does not fit the motion ({why})"
     if name == "magnetic_flux_density":

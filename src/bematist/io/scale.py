@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.errors import UsageError
+from bematist.errors import DataError, UsageError
 from bematist.io import guess
 from bematist.io.raw import UNITS, WORDS, Raw
 
@@ -31,6 +31,11 @@ def time_factor(raw: Raw, forced: Mapping[str, str]) -> float:
     unit = forced.get("time") or raw.stated.get("time")
     stamps = raw.streams["specific_force"].stamps
     if unit is None:
+        if len(stamps) > 10 and np.all(np.diff(stamps) == 1):
+            raise DataError(
+                f"{raw.source}: the time column counts 1, 2, 3 …: it may number the samples. State its unit in the map, or leave "
+                "[time] out and give rate_hz."
+            )
         unit = guess.time_unit(stamps)
         raw.warnings.append(f"The unit of time is not stated; from the steps it was taken for {unit}.")
     elif "time" not in forced and (doubt := guess.doubt_time(stamps * UNITS["time"][unit])):
