@@ -10,7 +10,7 @@ import typer
 from bematist import config
 from bematist.cli import options
 from bematist.cli.app import app
-from bematist.cli.console import output, table, warn
+from bematist.cli.console import output, progress, table, warn
 from bematist.cli.job import Job, changes_from, found_in, judge, noted
 from bematist.cli.options import Reading
 from bematist.cli.results import write_page, write_results
@@ -54,7 +54,8 @@ def compare(
     jobs = [Job(name, changes).check() for name in method_names(methods)]
     folder = options.folder_for(recording, output_folder, "-compare")
     with results_folder(folder) as place:
-        data = reading.read(recording)
+        with progress("reading", quiet=quiet):
+            data = reading.read(recording)
         truth = options.read_truth(reference, data)
         trajectories = [job.run(data, quiet=quiet) for job in jobs]
         judged = [judge(t, truth, align=align, required=reference is not None) for t in trajectories]

@@ -42,6 +42,9 @@ def evaluate(
     if json is not None:
         with whole_file(Path(json)) as place:
             place.write_text(text, "utf-8")
-    rows = [(name, value if isinstance(value, str) else f"{value:,.4g}", unit) for name, value, unit in found.table()]
-    output().print(table(("quantity", "value", "unit"), rows, right=[1]))
+    output().print(table(("quantity", "value", "unit"), [(n, _text(v), unit) for n, v, unit in found.table()], right=[1]))
     warn(found.notes)
+
+
+def _text(value: float | str) -> str:
+    return f"{value:,.3f}" if isinstance(value, float) else f"{value:,}" if isinstance(value, int) else value

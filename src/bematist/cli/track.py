@@ -65,7 +65,8 @@ def track(
     job = Job(_method(method, stored, configuration), changes).check()
     folder = options.folder_for(recording, output_folder)
     with results_folder(folder) as place:
-        data = reading.read(recording)
+        with progress("reading", quiet=quiet):
+            data = reading.read(recording)
         truth = options.read_truth(reference, data)
         trajectory = job.run(data, chunk=chunk, quiet=quiet)
         evaluation = judge(trajectory, truth, required=reference is not None)

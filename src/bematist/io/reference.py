@@ -124,4 +124,5 @@ def write_reference(reference: Reference, path: str | Path) -> None:
     if reference.attitude is not None:
         columns |= dict(zip(("qw", "qx", "qy", "qz"), reference.attitude.T, strict=True))
     with whole_file(Path(path)) as place:
-        pl.DataFrame(columns).fill_nan(None).write_csv(place)
+        # ns, nm and 1e-9 of a quaternion.
+        pl.DataFrame(columns).with_columns(pl.all().round(9)).fill_nan(None).write_csv(place)
