@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.recording import Reference
-from bematist.report.traces import Budget, Trace, band, level, line, markers, shading
+from bematist.report.traces import Budget, Trace, band, dots, level, line, shading
 from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -23,12 +23,12 @@ NIS_95 = 7.815
 """95 % quantile of chi-square with three degrees of freedom: a zero-velocity NIS exceeds it in one of twenty."""
 
 GATES = {
-    1: ("refused: norm", "@3", "x-thin-open"),
-    2: ("refused: inclination", "@1", "triangle-up-open"),
-    3: ("refused: innovation", "@4", "diamond-open"),
-    4: ("used", "@0", "circle"),
+    1: ("refused: norm", "@3"),
+    2: ("refused: inclination", "@1"),
+    3: ("refused: innovation", "@4"),
+    4: ("used", "@0"),
 }
-"""Decisions of `magnetic_gate` on a sample: name, colour, mark."""
+"""Decisions of `magnetic_gate` on a sample: name and colour."""
 
 
 @dataclass(frozen=True)
@@ -224,11 +224,11 @@ def innovation(drawn: Sequence[Subject]) -> Panel:
             continue
         if s.alone:
             for k, (name, color) in enumerate((("east", "@0"), ("north", "@1"), ("up", "@2"))):
-                traces.append(markers(s.trajectory.time, value[:, k], s.budget.fast // 2, color, name, hovertemplate="%{y:.4f} m/s"))
+                traces.append(dots(s.trajectory.time, value[:, k], s.budget.fast // 2, color, name, hovertemplate="%{y:.4f} m/s"))
         else:
             norm = np.linalg.norm(value, axis=1)
             how = {"hovertemplate": "%{y:.4f} m/s"}
-            traces.append(markers(s.trajectory.time, norm, s.budget.fast // 2, s.color, s.name, **how))
+            traces.append(dots(s.trajectory.time, norm, s.budget.fast // 2, s.color, s.name, **how))
     note = "What each zero-velocity update had to correct: the velocity of a foot that stands."
     if len(drawn) > 1:
         note += " Drawn is its norm."
@@ -243,7 +243,7 @@ def nis(drawn: Sequence[Subject]) -> Panel:
         if value is None:
             continue
         value = np.where(value > 0, value, np.nan)
-        traces.append(markers(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
+        traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
         gate = s.parameter("zero_velocity", "gate")
         if gate is not None and s.alone:
             traces.append(level(s.trajectory.time, gate, "@1", "gate"))
@@ -294,15 +294,14 @@ def _gated(drawn: Sequence[Subject], name: str, scale: float, reference: float |
             traces += band(t[[0, -1]], np.full(2, reference - margin), np.full(2, reference + margin), 2, "@stance/0.2", "gate")
         traces.append(level(t, reference, "@muted", "at the start"))
     if gate is None:
-        return [*traces, markers(t, value, s.budget.fast // 2, s.color, "sample", hovertemplate=hover)]
-    for code, (label, color, symbol) in GATES.items():
+        return [*traces, dots(t, value, s.budget.fast // 2, s.color, "sample", hovertemplate=hover)]
+    for code, (label, color) in GATES.items():
         chosen = np.where(gate == code, value, np.nan)
         if np.isfinite(chosen).any():
-            how = {"symbol": symbol, "size": 4, "hovertemplate": hover}
-            traces.append(markers(t, chosen, s.budget.fast // 2, color, label, **how))
+            traces.append(dots(t, chosen, s.budget.fast // 2, color, label, size=4, hovertemplate=hover))
     rest = np.where(np.isin(gate, list(GATES)), np.nan, value)
     if np.isfinite(rest).any():
-        traces.append(markers(t, rest, s.budget.fast // 2, "@muted", "not judged", size=3, hovertemplate=hover))
+        traces.append(dots(t, rest, s.budget.fast // 2, "@muted", "not judged", size=3, hovertemplate=hover))
     return traces
 
 

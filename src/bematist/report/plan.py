@@ -25,7 +25,7 @@ ELLIPSES = 20
 RADIUS_95 = 2.4477
 """Radius of the 95 % region of two normal variables, in standard deviations: sqrt of the chi-square quantile 5.991."""
 
-SHOWN_STANCES = 4000
+SHOWN_STANCES = 1500
 
 SWING_POINTS = 6
 """Points of a swing, its ends included, that stay in the drawn path."""
@@ -95,18 +95,20 @@ def _stances(s: Subject, p: Array) -> list[Trace]:
     middle = middle[:: -(-len(middle) // SHOWN_STANCES) or 1]
     if not len(middle):
         return []
-    return [
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "x": encode(p[middle, 0]),
-            "y": encode(p[middle, 1]),
-            "customdata": encode(s.trajectory.time[middle]),
-            "name": "stance",
-            "marker": {"color": "@surface", "size": 5, "line": {"color": s.color, "width": 1.3}},
-            "hovertemplate": "stance, %{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m",
-        }
-    ]
+    # A ring is a dot with a smaller one on it; see `traces.dots`.
+    common = {
+        "type": "scatter",
+        "mode": "lines",
+        "meta": "dots",
+        "x": encode(p[middle, 0]),
+        "y": encode(p[middle, 1]),
+        "customdata": encode(s.trajectory.time[middle]),
+        "connectgaps": False,
+    }
+    hover = "stance, %{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m"
+    ring = {**common, "name": "stance", "line": {"color": s.color, "width": 6, "simplify": False}, "hovertemplate": hover}
+    hole = {**common, "line": {"color": "@surface", "width": 3, "simplify": False}, "hoverinfo": "skip", "showlegend": False}
+    return [{**ring, "legendgroup": "stance"}, {**hole, "legendgroup": "stance"}]
 
 
 def _ends(s: Subject, p: Array) -> list[Trace]:

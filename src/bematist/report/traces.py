@@ -66,19 +66,24 @@ def line(time: ArrayLike, y: ArrayLike, n: int, color: str, name: str = "", **mo
     }
 
 
-def markers(time: ArrayLike, y: ArrayLike, n: int, color: str, name: str = "", **more: Any) -> Trace:
-    """Points where y is finite, at most about n, its extremes among them."""
+def dots(time: ArrayLike, y: ArrayLike, n: int, color: str, name: str = "", **more: Any) -> Trace:
+    """Dots where y is finite, at most about n, its extremes among them.
+
+    The page draws them as one line of round ends without length: thousands of plotly's markers would make it slow.
+    """
     t, y = np.asarray(time, float), np.asarray(y, float)
     good = np.flatnonzero(np.isfinite(y))
     k = good[extreme_indices(y[good], n)]
     return {
         "type": "scatter",
-        "mode": "markers",
+        "mode": "lines",
+        "meta": "dots",
         "x": encode(t[k]),
         "y": encode(y[k]),
         "name": text(name),
         "showlegend": bool(name),
-        "marker": {"color": color, "size": more.pop("size", 3.5), "symbol": more.pop("symbol", "circle")},
+        "line": {"color": color, "width": more.pop("size", 3.5), "simplify": False},
+        "connectgaps": False,
         **more,
     }
 

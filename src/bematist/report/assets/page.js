@@ -3,7 +3,8 @@
 // Colours come as tokens ("@0", "@ink/0.3") and are looked up in the style sheet, so that the theme of the reader counts.
 const bematist = (() => {
   const data = JSON.parse(document.getElementById("page-data").textContent);
-  const DRAWN = 1600; // pairs of extremes that one trace draws at most; more cannot be seen, fewer are fluent
+  const DOTS = 300; // the same for dots, each of which costs a node of the document
+  const DRAWN = 1000; // pairs of extremes that one trace draws at most; more cannot be seen, fewer are fluent
   const coarse = matchMedia("(pointer: coarse)").matches;
   const narrow = () => window.innerWidth < 560;
   const times = [];   // {div, panel, full: [{x, y}], own}
@@ -49,11 +50,11 @@ const bematist = (() => {
   }
 
   // The part of a trace inside [from, to] and one point on either side; of many, the extremes of each bucket.
-  function visible(full, from, to) {
+  function visible(full, from, to, most = DRAWN) {
     const a = Math.max(0, lower(full.x, from) - 1), b = Math.min(full.x.length, lower(full.x, to) + 1);
-    if (b - a <= 2 * DRAWN) return { x: full.x.slice(a, b), y: full.y.slice(a, b) };
-    const keep = [a], size = (b - a) / DRAWN;
-    for (let k = 0; k < DRAWN; k++) {
+    if (b - a <= 2 * most) return { x: full.x.slice(a, b), y: full.y.slice(a, b) };
+    const keep = [a], size = (b - a) / most;
+    for (let k = 0; k < most; k++) {
       const start = a + Math.floor(k * size), end = a + Math.floor((k + 1) * size);
       let low = -1, high = -1;
       for (let i = start; i < end; i++) {
@@ -70,6 +71,24 @@ const bematist = (() => {
     const kind = full.x.constructor;
     return { x: kind.from(keep, (i) => full.x[i]), y: Float32Array.from(keep, (i) => full.y[i]) };
   }
+
+  // Dots are strokes without length that the style sheet gives round ends: one path instead of thousands of nodes.
+  function dots({ x, y }) {
+    const wide = new x.constructor(3 * x.length), high = new Float32Array(3 * x.length).fill(NaN);
+    for (let k = 0; k < x.length; k++) {
+      wide.fill(x[k], 3 * k, 3 * k + 3);
+      high.fill(y[k], 3 * k, 3 * k + 2);
+    }
+    return { x: wide, y: high };
+  }
+
+  const thrice = (list) => list.constructor.from({ length: 3 * list.length }, (_, k) => list[Math.floor(k / 3)]);
+
+  const drawn = (own, k) => {
+    const few = own.panel.traces[k].meta === "dots";
+    const part = visible(own.full[k], ...view, few ? DOTS : DRAWN);
+    return few ? dots(part) : part;
+  };
 
   // ---- figures --------------------------------------------------------------------------------------------------------
 
@@ -109,8 +128,7 @@ const bematist = (() => {
   }
 
   function traces(own) {
-    const [from, to] = view;
-    return own.panel.traces.map((trace, k) => ({ ...own.themed[k], ...visible(own.full[k], from, to) }));
+    return own.panel.traces.map((trace, k) => ({ ...own.themed[k], ...drawn(own, k) }));
   }
 
   async function drawTime(panel) {
@@ -137,7 +155,10 @@ const bematist = (() => {
   async function drawPlan() {
     const div = document.getElementById("plot-plan");
     if (!div) return;
-    const all = data.plan.map((t) => ({ ...t, x: decode(t.x), y: decode(t.y), customdata: decode(t.customdata) }));
+    const all = data.plan.map((t) => {
+      const whole = { ...t, x: decode(t.x), y: decode(t.y), customdata: decode(t.customdata) };
+      return t.meta === "dots" ? { ...whole, ...dots(whole), customdata: thrice(whole.customdata) } : whole;
+    });
     const paths = all.filter((t) => t.meta === "path");
     // A second, bolder line over each path shows the part of it that the time plots show.
     const parts = paths.map((t) => ({
@@ -167,19 +188,20 @@ const bematist = (() => {
     const near = (own) => { const r = own.div.getBoundingClientRect(); return r.bottom > 0 && r.top < innerHeight ? 0 : 1; };
     const queue = times.filter((own) => own !== first).sort((a, b) => near(a) - near(b));
     if (first) queue.unshift(first);
+    const jobs = queue.map((own) => () => refresh(own));
+    jobs.splice(1, 0, part);
     const next = async () => { // what can be seen comes first; a newer zoom ends an older one
-      while (queue.length && turn === pending) {
-        await refresh(queue.shift());
+      while (jobs.length && turn === pending) {
+        await jobs.shift()();
         await new Promise((done) => setTimeout(done, 0));
       }
       if (turn === pending) document.body.dataset.view = view.join(" ");
     };
-    part();
     return next();
   }
 
   function refresh(own) {
-    const shown = own.full.map((full) => visible(full, ...view));
+    const shown = own.full.map((_, k) => drawn(own, k));
     own.shown = [...view];
     return Plotly.update(own.div, { x: shown.map((s) => s.x), y: shown.map((s) => s.y) }, { "xaxis.range": [...view], "xaxis.autorange": false });
   }
@@ -193,8 +215,12 @@ const bematist = (() => {
       const ends = [place(p, view[0]), place(p, view[1])];
       return { x: [ends[0][0], ...p.x.slice(a, b), ends[1][0]], y: [ends[0][1], ...p.y.slice(a, b), ends[1][1]] };
     });
-    Plotly.restyle(plan.div, { x: cut.map((c) => c.x), y: cut.map((c) => c.y) }, cut.map((_, k) => plan.part + k));
-    Plotly.restyle(plan.div, { opacity: all ? 1 : 0.35 }, plan.whole);
+    const whole = plan.whole.map((k) => plan.all[k]);
+    const change = {
+      x: [...cut, ...whole].map((c) => c.x), y: [...cut, ...whole].map((c) => c.y),
+      opacity: [...cut.map(() => 1), ...whole.map(() => (all ? 1 : 0.35))],
+    };
+    return Plotly.restyle(plan.div, change, [...cut.map((_, k) => plan.part + k), ...plan.whole]);
   }
 
   // ---- one moment -----------------------------------------------------------------------------------------------------

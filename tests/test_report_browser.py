@@ -1,0 +1,193 @@
+"""The pages in a real browser: nothing fails, everything is drawn, nothing is fetched, zoom and hover reach all plots."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import browser
+from bematist.recording import Recording
+from bematist.report import write_report, write_stance_page
+from bematist.stance import StanceParameters, analyse
+from report_cases import reference, turned, walk
+
+PANELS = 12
+HOSTILE = "</script><script>window.broken=1</script><img src=http://x.invalid/ onerror=window.broken=1>&\"'"
+
+ALL_DRAWN = """[...document.querySelectorAll('.js-plotly-plot')].every(
+    (div) => div.querySelectorAll('.scatterlayer .trace path').length > 0)"""
+RANGES = "bematist.times.map((own) => own.div._fullLayout.xaxis.range.map(Number))"
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[browser.Browser]:
+    program = browser.find()
+    if program is None:
+        pytest.skip(f"no Chromium found (looked for {', '.join(browser.NAMES)}): the pages are not tried in a browser")
+    started = browser.Browser(program, tmp_path_factory.mktemp("profile"))
+    yield started
+    started.close()
+
+
+def fetched(page: browser.Page) -> list[str]:
+    """What the page asked for besides itself; data in addresses is no request."""
+    return [url for url in page.requests() if not url.startswith(("file:", "data:", "blob:", "about:"))]
+
+
+@pytest.fixture(scope="module")
+def report(chromium: browser.Browser, tmp_path_factory: pytest.TempPathFactory) -> browser.Page:
+    """A page about one walk of two minutes with all diagnostics."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    t = walk(30_000)
+    t.velocity[15_001] = [0, 0, 60.0]
+    write_report([t], path, reference(t))
+    page = browser.Page(chromium)
+    page.open(path)
+    return page
+
+
+def test_opens_whole_and_alone(report: browser.Page) -> None:
+    assert report.problems() == []
+    assert fetched(report) == []
+    assert report.run("document.querySelectorAll('.js-plotly-plot').length") == PANELS + 1
+    assert report.run(ALL_DRAWN)
+
+
+def test_the_check_for_errors_and_requests_can_fail(chromium: browser.Browser, tmp_path: Path) -> None:
+    write_report([walk(300)], tmp_path / "bad.html")
+    text = (tmp_path / "bad.html").read_text(encoding="utf-8")
+    broken = "<script>fetch('http://example.invalid/x').catch(() => {}); nothing.there()</script></body>"
+    (tmp_path / "bad.html").write_text(text.replace("</body>", broken), encoding="utf-8")
+    page = browser.Page(chromium)
+    page.open(tmp_path / "bad.html")
+    said = "\n".join(page.problems())
+    page.close()
+    assert "nothing is not defined" in said and "connect-src" in said
+
+
+def test_axes_of_the_plan_are_equal(report: browser.Page) -> None:
+    metres = report.run(
+        "(() => { const { xaxis: x, yaxis: y } = document.getElementById('plot-plan')._fullLayout;"
+        " return [x._length / (x.range[1] - x.range[0]), y._length / (y.range[1] - y.range[0])]; })()"
+    )
+    assert metres[0] == pytest.approx(metres[1], rel=1e-6)
+
+
+def test_the_time_axes_stand_below_one_another(report: browser.Page) -> None:
+    places = report.run("bematist.times.map((o) => [o.div._fullLayout.xaxis._offset, o.div._fullLayout.xaxis._length])")
+    assert len(places) == PANELS and all(p == places[0] for p in places)
+
+
+def test_extremes_are_drawn(report: browser.Page) -> None:
+    assert report.run("Math.max(...document.getElementById('plot-speed').data[0].y)") == 60
+
+
+def test_dragging_in_one_plot_zooms_all(report: browser.Page) -> None:
+    whole = report.run(RANGES)
+    report.run("document.getElementById('plot-speed').scrollIntoView({ block: 'center' })")
+    left, top, width, height = report.run(
+        "(() => { const d = document.getElementById('plot-speed'), b = d.getBoundingClientRect(), l = d._fullLayout;"
+        " return [b.left + l.xaxis._offset, b.top + l.yaxis._offset, l.xaxis._length, l.yaxis._length]; })()"
+    )
+    middle = top + height / 2
+    report.drag((left + 0.25 * width, middle), (left + 0.5 * width, middle))
+    report.until("document.body.dataset.view")
+    span = whole[0][1] - whole[0][0]
+    zoomed = report.run(RANGES)
+    assert len(zoomed) == PANELS
+    for start, end in zoomed:
+        assert [start, end] == pytest.approx([0.25 * span, 0.5 * span], abs=0.01 * span)
+        assert [start, end] == pytest.approx(zoomed[0], abs=1e-3)
+    # Detail comes back with the zoom, heights fit what is seen, and the plan shows which part it is.
+    assert report.run("document.getElementById('plot-speed')._fullLayout.yaxis.range[1]") < 60
+    assert report.run("document.getElementById('plot-plan').data.at(-1).x.length") > 10
+    report.run("void Plotly.relayout(document.getElementById('plot-height'), { 'xaxis.autorange': true })")
+    report.until("document.body.dataset.view.startsWith('0 ')")
+    assert report.run(RANGES) == [pytest.approx(r, abs=1e-3) for r in whole]
+    assert report.problems() == []
+
+
+def test_hovering_marks_the_place_and_the_moment(report: browser.Page) -> None:
+    report.run("document.getElementById('plot-speed').scrollIntoView({ block: 'center' })")
+    x, y = report.run(
+        "(() => { const d = document.getElementById('plot-speed'), b = d.getBoundingClientRect(), l = d._fullLayout;"
+        " return [b.left + l.xaxis._offset + l.xaxis._length / 2, b.top + l.yaxis._offset + l.yaxis._length / 2]; })()"
+    )
+    report.mouse("mouseMoved", x, y)
+    report.until("[...document.querySelectorAll('.cursor')].filter((c) => c.style.display === 'block').length === 13")
+    # Where the mark stands is where the walk was at that time.
+    t, east = report.run(
+        "(() => { const d = document.getElementById('plot-speed'), p = document.getElementById('plot-plan');"
+        " const time = d._fullLayout.xaxis.p2l(d.querySelector('.cursor').offsetLeft - d._fullLayout.xaxis._offset);"
+        " const mark = p.querySelector('.cursor'); const a = p._fullLayout.xaxis;"
+        " return [time, a.p2l(parseFloat(mark.style.left) - a._offset)]; })()"
+    )
+    truth = walk(30_000)
+    assert east == pytest.approx(np.interp(t, truth.time, truth.position[:, 0]), abs=0.5)
+    assert "s" in report.run("document.querySelector('#plot-speed .hoverlayer').textContent")
+
+
+def test_the_dark_theme_follows_the_reader(report: browser.Page) -> None:
+    ink = "document.getElementById('plot-speed')._fullLayout.font.color"
+    light = report.run(ink)
+    report.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    report.until(f"{ink} !== '{light}'")
+    report.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
+    report.until(f"{ink} === '{light}'")
+    assert report.problems() == []
+
+
+def test_several_methods_on_a_phone_with_hostile_names(chromium: browser.Browser, tmp_path: Path) -> None:
+    a = walk(4000)
+    hostile = walk(4000, method=HOSTILE, source=HOSTILE, warnings=(HOSTILE,), parameters={HOSTILE: HOSTILE})
+    write_report([a, turned(a, 1.0), hostile], tmp_path / "c.html", reference(a))
+    page = browser.Page(chromium, 420, 860, phone=True)
+    page.open(tmp_path / "c.html")
+    assert page.problems() == [] and fetched(page) == []
+    assert page.run("window.broken") is None
+    assert page.run("document.querySelectorAll('img').length") == 0
+    assert page.run("document.querySelectorAll('.js-plotly-plot').length") == PANELS + 1
+    assert page.run("document.documentElement.scrollWidth") <= 420
+    names = page.run("[...document.querySelectorAll('#plot-speed .legendtext')].map((t) => t.textContent)")
+    assert names[:2] == ["maginav", "zupt"] and "window.broken" in names[2]
+    paths = page.run("document.getElementById('plot-plan').data.filter((t) => t.meta === 'path').length")
+    assert paths == 3 and "ATE RMSE, plan [yaw]" in page.run("document.body.textContent")
+    page.close()
+
+
+def test_trying_a_stance_threshold(chromium: browser.Browser, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    t = np.arange(12_000) / 200
+    swing = ((t / 1.1) % 1 > 0.45)[:, None]
+    f = np.array([0, 0, 9.80665]) + rng.normal(0, 0.05, (12_000, 3)) + swing * rng.normal(0, 8, (12_000, 3))
+    w = rng.normal(0, 0.02, (12_000, 3)) + swing * rng.normal(0, 3, (12_000, 3))
+    r = Recording(time=t, specific_force=f, angular_rate=w, source="foot.csv")
+    a = analyse(r, StanceParameters(threshold=80))
+    write_stance_page(r, a, tmp_path / "s.html")
+    page = browser.Page(chromium)
+    page.open(tmp_path / "s.html")
+    page.until("document.body.dataset.share")
+    assert page.problems() == [] and fetched(page) == []
+    assert page.run("document.querySelectorAll('.js-plotly-plot').length") == 4 and page.run(ALL_DRAWN)
+
+    def seen() -> tuple[float, int]:
+        return float(page.run("document.body.dataset.share")), int(page.run("document.body.dataset.stances"))
+
+    def expected(stance: np.ndarray) -> tuple[float, int]:
+        return 100 * stance.mean(), int((np.diff(stance.astype(int), prepend=0) == 1).sum())
+
+    share, phases = expected(a.stance)
+    assert seen() == (pytest.approx(share, abs=0.02), phases)
+    limit = float(f"{np.quantile(a.statistic, 0.3):.3g}")
+    page.run(f"document.getElementById('threshold').value = '{limit:g}'")
+    page.run("document.getElementById('threshold').dispatchEvent(new Event('input'))")
+    share, phases = expected(a.statistic < limit)
+    page.until(f"Math.abs(document.body.dataset.share - {share}) < 0.05")
+    assert abs(seen()[1] - phases) <= 2
+    assert page.run("document.getElementById('command').textContent") == f"--set stance.threshold={limit:g}"
+    # The verdict is drawn over all three signals.
+    page.until("new Set(bematist.times.map((o) => o.div.data[0].x.length)).size === 1")
+    page.run("document.getElementById('threshold-reset').click()")
+    assert seen()[1] == expected(a.stance)[1]
+    page.close()
