@@ -154,6 +154,21 @@ def test_map_with_units_axes_skipped_lines_and_semicolons(tmp_path):
     assert not r.has_magnetometer and not r.warnings
 
 
+def test_map_with_dates(tmp_path):
+    rows = walk_rows()
+    (tmp_path / "map.toml").write_text(MAP)
+    body = [f"2026-11-22T01:00:{row[0]:09.6f}," + ",".join(f"{v:.9g}" for v in row[1:]) for row in rows]
+    path = tmp_path / "a.csv"
+    path.write_text(NAMES + "\n" + "\n".join(body) + "\n\n\n")
+    r = read(path, columns=tmp_path / "map.toml")
+    np.testing.assert_allclose(r.time, rows[:, 0], atol=1e-6)
+    assert r.start_ns == 1795309200 * 10**9
+    assert not any("stamp" in w for w in r.warnings), "blank lines are no rows"
+    path.write_text(path.read_text().replace("2026-11-22T01:00:01.000000", "yesterday"))
+    with pytest.raises(DataError, match=r'line 102: "yesterday" in column "t"'):
+        read(path, columns=tmp_path / "map.toml")
+
+
 def test_map_with_a_rate_and_no_header(tmp_path):
     text = """
         header = false

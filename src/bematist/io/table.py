@@ -6,7 +6,7 @@ import io
 import mmap
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,9 +66,7 @@ def read_columns(
         if list(names).count(name) > 1:
             raise DataError(f'{head.path}: two columns are called "{name}". Rename one of them.')
     comma = decimal_comma(head, header_line, separator) if comma is None else comma
-    frame = None
-    if separator != " ":
-        frame = _fast(head, header_line, names, wanted, separator, comment, comma)
+    frame = _fast(head, header_line, names, wanted, separator, comment, comma, clock)
     columns = (
         _slow(head, header_line, names, wanted, separator, comment, comma, clock)
         if frame is None
@@ -80,22 +78,31 @@ def read_columns(
 
 
 def _fast(
-    head: Head, first: int, names: Sequence[str], wanted: Sequence[str], separator: str, comment: str, comma: bool
+    head: Head,
+    first: int,
+    names: Sequence[str],
+    wanted: Sequence[str],
+    separator: str,
+    comment: str,
+    comma: bool,
+    clock: str | None,
 ) -> pl.DataFrame | None:
+    """The whole table at once, or None where a cell is no number."""
     import polars as pl
 
     blank = _blank_cells(head, first, len(names), separator)
     keys = [f"{i}" for i in range(len(names) + blank)]
     picked = {keys[list(names).index(name)]: name for name in wanted}
-    schema = {key: pl.Float64 if key in picked else pl.String for key in keys}
+    dated = clock is not None and _is_dated(head, first, names, clock, separator)
+    schema = {key: pl.Float64 if key in picked and not (dated and picked[key] == clock) else pl.String for key in keys}
     try:
         frame = pl.read_csv(
-            head.path if head.is_utf8 else io.BytesIO(_text(head).encode()),
+            head.path if head.is_utf8 and separator != " " else io.BytesIO(_tidy(_text(head), separator).encode()),
             has_header=False,
             skip_lines=first + 1,
             schema=schema,
             columns=None if len(picked) == len(keys) else [int(key) for key in picked],
-            separator=separator,
+            separator="\t" if separator == " " else separator,
             # Looking for comments costs half as much again as reading.
             comment_prefix=comment if _contains(head, comment) else None,
             null_values=NO_VALUE,
@@ -104,7 +111,37 @@ def _fast(
         )
     except (pl.exceptions.PolarsError, OSError, ValueError):
         return None
-    return frame.rename(picked).with_columns(pl.all().fill_null(float("nan")))
+    frame = frame.rename(picked)
+    if frame[wanted[0]].null_count():  # blank lines
+        frame = frame.filter(~pl.all_horizontal(pl.all().is_null()))
+    if dated and clock is not None:
+        moments = _dates(frame[clock])
+        if moments.null_count() > frame[clock].null_count():
+            return None
+        frame = frame.with_columns(moments.alias(clock))
+    return frame.with_columns(pl.all().fill_null(float("nan")))
+
+
+def _tidy(text: str, separator: str) -> str:
+    """Runs of blanks as one tab."""
+    return "\n".join("\t".join(line.split()) for line in text.splitlines()) if separator == " " else text
+
+
+def _is_dated(head: Head, first: int, names: Sequence[str], clock: str, separator: str) -> bool:
+    for line in head.lines[first + 1 : first + 20]:
+        cells = line.split(separator)
+        if len(cells) == len(names) and (cell := cells[list(names).index(clock)].strip().strip('"')):
+            return re.fullmatch(r"[-+0-9.,eE]+", cell) is None
+    return False
+
+
+def _dates(cells: pl.Series) -> pl.Series:
+    """UNIX seconds of dates, taken as UTC; null where none of the known forms fits."""
+    import polars as pl
+
+    tried = (cells.str.strip_chars().str.to_datetime(form, strict=False, time_unit="ns") for form in _CLOCK_TEXT)
+    moments = min(tried, key=lambda found: found.null_count())
+    return moments.dt.epoch("ns").cast(pl.Float64) * 1e-9
 
 
 def _blank_cells(head: Head, first: int, columns: int, separator: str) -> int:
@@ -164,20 +201,16 @@ def _number(head: Head, line: int, name: str, cell: str, comma: bool, nothing: s
         return float(cell.replace(",", ".") if comma else cell)
     except ValueError:
         moment = _date(cell) if name == clock else None
-        if moment is None:
-            raise DataError(
-                f'{head.path}, line {line}: "{cell[:40]}" in column "{name}" is not a number. Correct the line, or leave '
-                "the cell empty where there is no sample."
-            ) from None
-        return moment
+        if moment is not None:
+            return moment
+        what = "a number or a date" if name == clock else "a number"
+        raise DataError(
+            f'{head.path}, line {line}: "{cell[:40]}" in column "{name}" is not {what}. Correct the line, or leave '
+            "the cell empty where there is no sample."
+        ) from None
 
 
 def _date(cell: str) -> float | None:
-    """UNIX seconds of a date, taken as UTC."""
     import polars as pl
 
-    for form in _CLOCK_TEXT:
-        value: Any = pl.Series([cell]).str.to_datetime(form, strict=False, time_unit="ns").dt.epoch("ns")[0]
-        if value is not None:
-            return value * 1e-9
-    return None
+    return _dates(pl.Series([cell]))[0]
