@@ -79,6 +79,7 @@ class FootIns:
         self._last_time = -math.inf
         self._rate_hz = math.nan
         self._state: tuple[NDArray[np.int64], Array, Array, Array] | None = None
+        self._scratch = np.empty(0)
         self._row = np.empty((1, kernel.NAV))
         self._row_diagnostics = np.empty((1, kernel.DIAG), np.float32)
 
@@ -139,9 +140,10 @@ class FootIns:
         if self._state is None:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
-        if kernel.run(index, memory, S, prm, row, False, self._row, self._row_diagnostics):
-            return self._row[0]
-        return None
+        n = kernel.run(index, memory, S, prm, row, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
+        if n < 0:
+            n = self._run(row, False, self._row, self._row_diagnostics)
+        return self._row[0] if n else None
 
     def save(self) -> dict[str, Any]:
         """The whole state as plain arrays: `restore` goes on from it as if nothing had happened."""
@@ -166,6 +168,7 @@ class FootIns:
         if saved["state"] is not None:
             index, memory, S, prm = (a.copy() for a in saved["state"])
             self._state = (index, memory, S, prm)
+            self._scratch = stance.scratch(index, 1)
         return self
 
     # -- inside ----------------------------------------------------------------------------------------------------------
@@ -173,8 +176,7 @@ class FootIns:
     def _piece(self, rows: Array, finish: bool) -> Trajectory:
         waiting = sum(len(r) for r in self._gathered)
         if self._state is not None:
-            index = self._state[0]
-            waiting = int(index[stance.kernel.REAL] - index[stance.kernel.COUNT_OUT])
+            waiting = round(self.latency_s * self._rate_hz)
         nav = np.empty((waiting + len(rows), kernel.NAV))
         diagnostics = np.empty((len(nav), kernel.DIAG), np.float32)
         n = self._advance(rows, finish, nav, diagnostics)
@@ -190,9 +192,13 @@ class FootIns:
             if gathered is None:
                 return 0
             rows = gathered
+        return self._run(rows, finish, nav, diagnostics)
+
+    def _run(self, rows: Array, finish: bool, nav: Array, diagnostics: NDArray[np.float32]) -> int:
         assert self._state is not None
         index, memory, S, prm = self._state
-        return kernel.run(index, memory, S, prm, rows, finish, nav, diagnostics)
+        rows, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
+        return kernel.run(index, memory, S, prm, rows, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
 
     def _increasing(self, rows: Array) -> Array:
         t = np.concatenate([[self._last_time], rows[:, 0]])
@@ -235,6 +241,7 @@ class FootIns:
         sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
         S[kernel.P : 15 * 17 : 17] = np.square(sds)
         self._state = (index, memory, S, self._kernel_parameters(a))
+        self._scratch = stance.scratch(index, 1)
 
     def _kernel_parameters(self, a: Alignment) -> Array:
         p = self.parameters
@@ -245,7 +252,7 @@ class FootIns:
         prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2
         prm[kernel.PSD_ACCEL_BIAS] = p.noise.accel_bias_walk**2 * biases
         prm[kernel.PSD_GYRO_BIAS] = p.noise.gyro_bias_walk**2 * biases
-        prm[kernel.SIGMA_A2], prm[kernel.SIGMA_G2] = p.stance.accel_sd**2, p.stance.gyro_sd**2
+        prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
         prm[kernel.THRESHOLD], prm[kernel.FLOOR], prm[kernel.RATIO] = p.stance.limit, p.stance.floor, p.stance.ratio
         prm[kernel.ZERO_VELOCITY_SD] = p.zero_velocity.sd
         prm[kernel.GAP_S] = max(p.gap.longest_step_s, 3.5 / self._rate_hz)

@@ -98,26 +98,42 @@ class StanceParameters(Parameters):
 def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int64], Array]:
     """Empty state of the compiled detector: index (int64) and memory (float64)."""
     window, look = parameters.window_samples(rate_hz), parameters.lookaround_samples(rate_hz)
-    capacity = window + 2 * look + 2
+    capacity = 1 << (2 * window + 2 * look).bit_length()
     index = np.zeros(kernel.INDEX_SIZE, np.int64)
-    index[[kernel.WINDOW, kernel.LOOKAHEAD, kernel.CAPACITY]] = window, look, capacity
+    index[[kernel.WINDOW, kernel.LOOKAHEAD, kernel.MASK]] = window, look, capacity - 1
     index[kernel.DETECTOR] = DETECTORS[parameters.detector]
     index[kernel.RULE] = RULES[parameters.rule]
     sizes = {
-        kernel.SUFFIX: kernel.CHANNELS * (window + 1),
-        kernel.BLOCK: kernel.CHANNELS * window,
+        kernel.SUFFIX: kernel.SUMS * (window + 1),
+        kernel.TAIL: 2 * look,
         kernel.ROWS: kernel.ROW * capacity,
-        kernel.STATISTIC: capacity,
-        kernel.DEQUE: capacity,
+        kernel.QUEUE: capacity,
     }
     end = kernel.HEAD_SIZE
     for place, size in sizes.items():
         index[place] = end
         end += size
-    index[kernel.MEMORY_SIZE] = end
     state = np.zeros(end)
     state[kernel.HELD : kernel.HELD + 2] = -np.inf
     return index, state
+
+
+def scratch(index: NDArray[np.int64], n: int) -> Array:
+    """Room for the statistics of a call with n samples."""
+    return np.empty(n + 2 * int(index[kernel.LOOKAHEAD]) + int(index[kernel.WINDOW]))
+
+
+NO_FLAGS = np.empty(0)
+"""Flags of rows in which no specific force and no angular rate is missing."""
+
+
+def filled(state: Array, rows: Array, gap_s: float) -> tuple[Array, Array]:
+    """Rows (n,10) with missing values held, and their flags (n,), or the rows themselves and `NO_FLAGS` where none is missing."""
+    if np.isfinite(rows[:, 1:7]).all():
+        return rows, NO_FLAGS
+    rows, flags = rows.copy(), np.empty(len(rows))
+    kernel.fill(state, rows, flags, gap_s)
+    return rows, flags
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,19 +181,21 @@ def detect(
     index, state = memory(parameters, rate_hz)
     latency = round(parameters.latency_s(rate_hz) * rate_hz)
     out = np.empty((len(rows) + latency, 3))
+    rows, flags = filled(state, rows, gap_s)
     written = kernel.detect(
         index,
         state,
         rows,
+        flags,
         True,
-        parameters.accel_sd**2,
-        parameters.gyro_sd**2,
+        parameters.accel_sd**-2,
+        parameters.gyro_sd**-2,
         gravity,
-        gap_s,
         parameters.limit,
         zero_velocity_sd,
         parameters.floor,
         parameters.ratio,
+        scratch(index, len(rows)),
         out,
     )
     return out[:written]

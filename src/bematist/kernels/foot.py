@@ -15,8 +15,8 @@ from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalis
 
 # workspace S
 P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
-TIME, STARTED, RATE = 464, 465, 466
-WORKSPACE_SIZE = 480
+TIME, STARTED, RATE, ROW = 464, 465, 466, 472
+WORKSPACE_SIZE = 488
 
 # parameters prm
 (
@@ -25,8 +25,8 @@ WORKSPACE_SIZE = 480
     PSD_VELOCITY,
     PSD_ACCEL_BIAS,
     PSD_GYRO_BIAS,
-    SIGMA_A2,
-    SIGMA_G2,
+    WEIGHT_A,
+    WEIGHT_G,
     THRESHOLD,
     ZERO_VELOCITY_SD,
     FLOOR,
@@ -293,12 +293,12 @@ def bridge(S, prm, dt, w0, w1, w2):
 
 
 @inlined
-def magnetic_gate(prm, memory, r, C6, C7, C8, diag, k):
+def magnetic_gate(S, prm, C6, C7, C8, diag, k):
     """Gates of the magnetometer sample of a row, if there is one; (C6, C7, C8) is up in b.
 
     Norm: MAGINAV eqs 4, 5, with a relative tolerance. Inclination: a field that was turned keeps its norm.
     """
-    m0, m1, m2 = memory[r + 7], memory[r + 8], memory[r + 9]
+    m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
     if not norm >= 0:
         return NO_SAMPLE
@@ -313,15 +313,15 @@ def magnetic_gate(prm, memory, r, C6, C7, C8, diag, k):
 
 
 @inlined
-def elapse(S, prm, memory, r):
-    """Time from the last sample to the one at memory[r:], s; a gap is bridged here and counts as 0 afterwards. Also what was done."""
-    t = memory[r]
+def elapse(S, prm):
+    """Time from the last sample to the one in S[ROW:], s; a gap is bridged here and counts as 0 afterwards. Also what was done."""
+    t = S[ROW]
     dt = t - S[TIME]
-    what = memory[r + 10]
+    what = S[ROW + 10]
     if S[STARTED] == 0:
         dt = 0.0
     elif dt > prm[GAP_S]:
-        bridge(S, prm, dt, memory[r + 4] - S[BG], memory[r + 5] - S[BG + 1], memory[r + 6] - S[BG + 2])
+        bridge(S, prm, dt, S[ROW + 4] - S[BG], S[ROW + 5] - S[BG + 1], S[ROW + 6] - S[BG + 2])
         dt = 0.0
         what = BRIDGED_OVER
     S[TIME] = t
@@ -330,10 +330,10 @@ def elapse(S, prm, memory, r):
 
 
 @inlined
-def predict(S, prm, memory, r, dt, standing, diag, k):
-    """Attitude, velocity, position and covariance over dt seconds, up to the sample at memory[r:]. True where TRIAD set the attitude."""
-    f0, f1, f2 = memory[r + 1] - S[BA], memory[r + 2] - S[BA + 1], memory[r + 3] - S[BA + 2]
-    w0, w1, w2 = memory[r + 4] - S[BG], memory[r + 5] - S[BG + 1], memory[r + 6] - S[BG + 2]
+def predict(S, prm, dt, standing, diag, k):
+    """Attitude, velocity, position and covariance over dt seconds, up to the sample in S[ROW:]. True where TRIAD set the attitude."""
+    f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
+    w0, w1, w2 = S[ROW + 4] - S[BG], S[ROW + 5] - S[BG + 1], S[ROW + 6] - S[BG + 2]
     S[RATE], S[RATE + 1], S[RATE + 2] = w0, w1, w2
     h = 0.5 * dt
     rw, rx, ry, rz = exp_quaternion(h * w0, h * w1, h * w2)
@@ -343,11 +343,11 @@ def predict(S, prm, memory, r, dt, standing, diag, k):
     w, x, y, z = multiply(w, x, y, z, rw, rx, ry, rz)
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
 
-    gate = magnetic_gate(prm, memory, r, C6, C7, C8, diag, k)
+    gate = magnetic_gate(S, prm, C6, C7, C8, diag, k)
     reset = gate == PASSED and standing and prm[MAGNETIC_USE] == MAGNETIC_RESET
     if reset:
         # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
-        c = triad(f0, f1, f2, memory[r + 7], memory[r + 8], memory[r + 9], prm[FIELD_E], prm[FIELD_N])
+        c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
         w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
         S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
         w, x, y, z = multiply(w, x, y, z, rw, -rx, -ry, -rz)
@@ -385,7 +385,7 @@ def integrate(S, a0, a1, a2, h):
 
 
 @inlined
-def correct(S, prm, memory, r, sd, reset, diag, k):
+def correct(S, prm, sd, reset, diag, k):
     """The updates of a sample in stance, states 2 and 3 of MAGINAV Table 2."""
     for i in range(3):
         diag[k, INNOVATION + i] = -S[V + i]
@@ -397,25 +397,25 @@ def correct(S, prm, memory, r, sd, reset, diag, k):
         # The attitude stays TRIAD's (eq 12), so what the update said of it is undone.
         forget_attitude(S, prm)
     elif diag[k, GATE] == PASSED and prm[MAGNETIC_USE] == MAGNETIC_HEADING:
-        diag[k, GATE] = magnetic_heading(S, prm, memory[r + 7], memory[r + 8], memory[r + 9])
+        diag[k, GATE] = magnetic_heading(S, prm, S[ROW + 7], S[ROW + 8], S[ROW + 9])
 
 
 @inlined
-def navigate(S, prm, memory, r, statistic, limit, sd, nav, diag, k):
-    """One sample, at memory[r:], with its stance verdict: predict, correct, and write row k of the results."""
+def navigate(S, prm, statistic, limit, sd, nav, diag, k):
+    """One sample, in S[ROW:], with its stance verdict: predict, correct, and write row k of the results."""
     for c in range(DIAG):
         diag[k, c] = math.nan
     diag[k, STATISTIC] = statistic
     diag[k, LIMIT] = limit
     diag[k, STATE] = 1.0
     diag[k, GATE] = NO_SAMPLE
-    diag[k, BRIDGED] = memory[r + 10]
-    if memory[r + 10] < stance.MISSING:
-        dt, diag[k, BRIDGED] = elapse(S, prm, memory, r)
-        reset = predict(S, prm, memory, r, dt, sd > 0, diag, k)
+    diag[k, BRIDGED] = S[ROW + 10]
+    if S[ROW + 10] < stance.MISSING:
+        dt, diag[k, BRIDGED] = elapse(S, prm)
+        reset = predict(S, prm, dt, sd > 0, diag, k)
         if sd > 0:
-            correct(S, prm, memory, r, sd, reset, diag, k)
-    write(S, memory[r], nav, diag, k)
+            correct(S, prm, sd, reset, diag, k)
+    write(S, S[ROW], nav, diag, k)
 
 
 @inlined
@@ -465,21 +465,40 @@ def write_block(S, o, nav, k, j):
     nav[k, j + 3], nav[k, j + 4], nav[k, j + 5] = S[o + 17], S[o + 18], S[o + 34]
 
 
+@inlined
+def load(index, memory, rows, flags, start, j, S):
+    """Copy sample j (in the caller's rows from `start` on, in the ring before) to S[ROW:]."""
+    if j < start:
+        r = index[stance.ROWS] + stance.ROW * (j & index[stance.MASK])
+        for c in range(11):
+            S[ROW + c] = memory[r + c]
+    else:
+        for c in range(10):
+            S[ROW + c] = rows[j - start, c]
+        S[ROW + 10] = stance.MEASURED if flags.shape[0] == 0 else flags[j - start]
+
+
 @kernel
-def run(index, memory, S, prm, rows, finish, nav, diag):
+def run(index, memory, S, prm, rows, flags, finish, T, nav, diag):
     """Filter sample rows (n,10); write results of the samples whose verdict is known. Returns how many rows were written.
 
-    One row or a million: the same compiled code, so that chunks of any size give the same bits. `finish`: no more will come, and what still
-    waits for its window is written too; nav and diag need n + latency rows then, n otherwise.
+    One row or a million: the same compiled code, so that chunks of any size give the same bits. rows must be complete, or come with the
+    flags that `stance.fill` gave; else nothing is done and -1 returned. `finish`: no more will come, and what still waits for its window
+    is written too; nav and diag need n + latency rows then, n otherwise. T is scratch, see `stance.statistics`.
     """
-    n = rows.shape[0]
-    written = 0
-    extra = index[stance.LOOKAHEAD] + (index[stance.WINDOW] - 1) // 2 if finish else 0
-    for k in range(n + extra):
-        if stance.push(index, memory, rows, k, k >= n, prm[SIGMA_A2], prm[SIGMA_G2], prm[G], prm[GAP_S]):
-            if index[stance.COUNT_OUT] >= index[stance.REAL]:
-                break
-            statistic, limit, sd, r = stance.verdict(index, memory, prm[THRESHOLD], prm[ZERO_VELOCITY_SD], prm[FLOOR], prm[RATIO])
-            navigate(S, prm, memory, r, statistic, limit, sd, nav, diag, written)
-            written += 1
-    return written
+    if flags.shape[0] == 0 and not stance.complete(rows):
+        return -1
+    start = index[stance.COUNT]
+    first = stance.origin(index)
+    known = stance.statistics(index, memory, rows, flags, finish, prm[WEIGHT_A], prm[WEIGHT_G], prm[G], T)
+    judged = index[stance.JUDGED]
+    last = known if finish else known - index[stance.LOOKAHEAD]
+    for j in range(judged, last):
+        statistic, limit, sd = stance.verdict(
+            index, memory, T, first, j, known, prm[THRESHOLD], prm[ZERO_VELOCITY_SD], prm[FLOOR], prm[RATIO]
+        )
+        load(index, memory, rows, flags, start, j, S)
+        navigate(S, prm, statistic, limit, sd, nav, diag, j - judged)
+    index[stance.JUDGED] = max(judged, last)
+    stance.keep(index, memory, rows, flags)
+    return index[stance.JUDGED] - judged

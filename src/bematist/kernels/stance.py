@@ -1,28 +1,41 @@
-"""Stance detection sample by sample: hold, centred windows by running sums, threshold rule, delay.
+"""Stance detection: centred windows by running sums, then the threshold rule, over the samples of one call.
 
-A sample goes in at one end (`push`); out of the other, `latency` samples later, comes a sample with its verdict (`verdict`). What lies
-between is two flat arrays: `index` (int64, sizes and counters) and `memory` (float64, rings and sums).
+What the next call needs lies in two flat arrays: `index` (int64, sizes and counters) and `memory` (float64). Within a call, samples are read
+where the caller has them; only the last few are kept. `statistics` fills T, whose first entries are those kept from the call before,
+and `verdict` judges a sample once everything that its window and look-ahead need is there.
 
-Window sums are kept as a prefix sum of the present block of N samples and suffix sums of the block before it, so every sum is made of
-additions only: nothing is ever subtracted and no rounding outlives its window.
+A window's sum is a prefix sum of the present block of N samples and a suffix sum of the block before it: additions only, so that no
+rounding outlives its window (van Herk's scheme, for sums).
 """
 
 import math
 
 from bematist.kernels.jit import inlined, kernel
 
-# index: where things stand
-COUNT_IN, COUNT_OUT, WINDOW, LOOKAHEAD, CAPACITY, DEQUE_FIRST, DEQUE_SIZE, DETECTOR, RULE = range(9)
-SUFFIX, BLOCK, ROWS, STATISTIC, DEQUE, MEMORY_SIZE = range(9, 15)
-REAL = 15
+# index: sizes, places and counters
+(
+    COUNT,  # samples taken in
+    JUDGED,  # verdicts given
+    WINDOW,  # N, odd
+    LOOKAHEAD,  # samples on either side whose least statistic counts
+    MASK,  # capacity of the rings - 1, a power of two less one
+    QUEUE_FIRST,
+    QUEUE_LAST,
+    DETECTOR,
+    RULE,
+    SUFFIX,  # places in memory
+    TAIL,
+    ROWS,
+    QUEUE,
+) = range(13)
 INDEX_SIZE = 16
 
 # memory: fixed places before the rings
-PREFIX = 0  # 7 running sums: f_x f_y f_z |f|² |w|² |f| count
-HELD = 8  # last good time, f, w
-HEAD_SIZE = 18
+PREFIX = 0  # f_x f_y f_z |f|² |w|² |f| count
+HELD = 8  # times of the last good specific force and angular rate, then their values
+HEAD_SIZE = 16
 
-CHANNELS = 7
+SUMS = 7
 ROW = 11  # t f w m flag
 
 # detectors and rules
@@ -34,157 +47,211 @@ MEASURED, HELD_SAMPLE, MISSING = 0.0, 1.0, 2.0
 
 
 @inlined
-def _statistic(detector, s0, s1, s2, ff, ww, fn, n, sigma_a2, sigma_g2, g):
+def _statistic(detector, s0, s1, s2, ff, ww, fn, n, weight_a, weight_g, g):
     """Test statistic of a window from its sums, normalised by the number of samples n.
 
     SHOE: MAGINAV eqs 1-2 (errata: summation index, division by N), Skog eq 13. ARED: Skog eq 20. AMVD: Skog eq 16. AMAG: Skog eq 18.
     GYRO_NORM: Li & Wang eq 35, as the root mean square over the window (erratum: one sample fires in mid-swing), rad/s.
     """
     if detector == ARED:
-        return ww / (n * sigma_g2)
+        return ww * weight_g / n
     if detector == AMVD:
-        return (ff - (s0 * s0 + s1 * s1 + s2 * s2) / n) / (n * sigma_a2)
+        return (ff - (s0 * s0 + s1 * s1 + s2 * s2) / n) * weight_a / n
     if detector == AMAG:
-        return (ff - 2 * g * fn + n * g * g) / (n * sigma_a2)
+        return (ff - 2 * g * fn + n * g * g) * weight_a / n
     if detector == GYRO_NORM:
         return math.sqrt(ww / n)
     # sum |f - g mean(f)/|mean(f)||² = sum |f|² - 2 g |sum f| + n g²
     norm = math.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
-    return ((ff - 2 * g * norm + n * g * g) / sigma_a2 + ww / sigma_g2) / n
+    return ((ff - 2 * g * norm + n * g * g) * weight_a + ww * weight_g) / n
 
 
 @inlined
-def _window(index, memory, f0, f1, f2, w0, w1, w2, valid, detector, sigma_a2, sigma_g2, g):
-    """Take in one sample (or an empty place) and return the statistic of the last N places; infinite without a valid sample."""
+def _add(sums, f0, f1, f2, w0, w1, w2, detector):
+    """Sums with a sample added."""
+    s0, s1, s2, ff, ww, fn, n = sums
+    square = f0 * f0 + f1 * f1 + f2 * f2
+    if detector == AMAG:
+        fn += math.sqrt(square)
+    return s0 + f0, s1 + f1, s2 + f2, ff + square, ww + (w0 * w0 + w1 * w1 + w2 * w2), fn, n + 1.0
+
+
+@inlined
+def _add_new(sums, rows, flags, k, detector):
+    """Sums with row k of the caller's added."""
+    if flags.shape[0] > 0 and flags[k] == MISSING:
+        return sums
+    return _add(sums, rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6], detector)
+
+
+@inlined
+def _add_kept(index, memory, sums, j, detector):
+    """Sums with sample j of the recording, which is in the ring, added."""
+    r = index[ROWS] + ROW * (j & index[MASK])
+    if memory[r + 10] == MISSING:
+        return sums
+    return _add(sums, memory[r + 1], memory[r + 2], memory[r + 3], memory[r + 4], memory[r + 5], memory[r + 6], detector)
+
+
+@inlined
+def _load(memory, o):
+    return memory[o], memory[o + 1], memory[o + 2], memory[o + 3], memory[o + 4], memory[o + 5], memory[o + 6]
+
+
+@inlined
+def _store(memory, o, sums):
+    memory[o], memory[o + 1], memory[o + 2], memory[o + 3], memory[o + 4], memory[o + 5], memory[o + 6] = sums
+
+
+@inlined
+def _close_block(index, memory, rows, flags, start, end):
+    """Suffix sums of the block of N places that ends before place `end`; those after the last of rows are empty."""
+    detector = index[DETECTOR]
     size = index[WINDOW]
-    block = index[BLOCK]
-    suffix = index[SUFFIX]
-    place = index[COUNT_IN] % size
-    if place == 0:
-        for c in range(CHANNELS):
-            memory[PREFIX + c] = 0.0
-    b = block + CHANNELS * place
-    if valid:
-        ff = f0 * f0 + f1 * f1 + f2 * f2
-        memory[b] = f0
-        memory[b + 1] = f1
-        memory[b + 2] = f2
-        memory[b + 3] = ff
-        memory[b + 4] = w0 * w0 + w1 * w1 + w2 * w2
-        memory[b + 5] = math.sqrt(ff) if detector == AMAG else 0.0
-        memory[b + 6] = 1.0
-        for c in range(CHANNELS):
-            memory[PREFIX + c] += memory[b + c]
-    else:
-        for c in range(CHANNELS):
-            memory[b + c] = 0.0
-    s = suffix + CHANNELS * (place + 1)
-    n = memory[PREFIX + 6] + memory[s + 6]
-    statistic = math.inf
-    if n > 0:
-        statistic = _statistic(
-            detector,
-            memory[PREFIX] + memory[s],
-            memory[PREFIX + 1] + memory[s + 1],
-            memory[PREFIX + 2] + memory[s + 2],
-            memory[PREFIX + 3] + memory[s + 3],
-            memory[PREFIX + 4] + memory[s + 4],
-            memory[PREFIX + 5] + memory[s + 5],
-            n,
-            sigma_a2,
-            sigma_g2,
-            g,
-        )
-    if place == size - 1:
-        for j in range(size - 1, 0, -1):
-            for c in range(CHANNELS):
-                memory[suffix + CHANNELS * j + c] = memory[suffix + CHANNELS * (j + 1) + c] + memory[block + CHANNELS * j + c]
-    return max(statistic, 0.0)
+    sums = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    o = index[SUFFIX] + SUMS * (size - 1)
+    for k in range(end - start - 1, end - start - size, -1):
+        if k < 0:
+            sums = _add_kept(index, memory, sums, start + k, detector)
+        elif k < rows.shape[0]:
+            sums = _add_new(sums, rows, flags, k, detector)
+        _store(memory, o, sums)
+        o -= SUMS
 
 
 @inlined
-def push(index, memory, row, k, empty, sigma_a2, sigma_g2, g, gap_s):
-    """Take in sample row k (or, after the end, an empty place). True when a verdict is ready to be taken.
+def _evaluate(memory, o, prefix, detector, weight_a, weight_g, g):
+    """Statistic of the window made of a prefix sum and the suffix sum at memory[o:]; infinite without a sample."""
+    s0, s1, s2, ff, ww, fn, n = prefix
+    n += memory[o + 6]
+    if n == 0:
+        return math.inf
+    s0, s1, s2 = s0 + memory[o], s1 + memory[o + 1], s2 + memory[o + 2]
+    ff, ww, fn = ff + memory[o + 3], ww + memory[o + 4], fn + memory[o + 5]
+    return max(0.0, _statistic(detector, s0, s1, s2, ff, ww, fn, n, weight_a, weight_g, g))
 
-    NaN in specific force or angular rate: the last good value is held for at most `gap_s`; longer, the sample is missing.
+
+@inlined
+def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
+    """Statistic of every sample whose window is full, or cut off by the end, into T; returns how many samples have one by now.
+
+    T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of rows (and, at the
+    end, for half a window more): T[c - first] belongs to sample c, with first = count - (N - 1)/2 - 2·LOOKAHEAD.
     """
-    i = index[COUNT_IN]
-    capacity = index[CAPACITY]
-    flag = MEASURED
-    f0 = f1 = f2 = w0 = w1 = w2 = 0.0
-    if empty:
-        flag = MISSING
-    else:
-        t = row[k, 0]
-        f0, f1, f2, w0, w1, w2 = row[k, 1], row[k, 2], row[k, 3], row[k, 4], row[k, 5], row[k, 6]
-        bad_f = not math.isfinite(f0 + f1 + f2)
-        bad_w = not math.isfinite(w0 + w1 + w2)
-        if bad_f:
-            flag = HELD_SAMPLE if t - memory[HELD] <= gap_s else MISSING
-            f0, f1, f2 = memory[HELD + 2], memory[HELD + 3], memory[HELD + 4]
-        else:
-            memory[HELD], memory[HELD + 2], memory[HELD + 3], memory[HELD + 4] = t, f0, f1, f2
-        if bad_w:
-            flag = max(flag, HELD_SAMPLE if t - memory[HELD + 1] <= gap_s else MISSING)
-            w0, w1, w2 = memory[HELD + 5], memory[HELD + 6], memory[HELD + 7]
-        else:
-            memory[HELD + 1], memory[HELD + 5], memory[HELD + 6], memory[HELD + 7] = t, w0, w1, w2
-        r = index[ROWS] + ROW * (i % capacity)
-        memory[r] = t
-        memory[r + 1], memory[r + 2], memory[r + 3] = f0, f1, f2
-        memory[r + 4], memory[r + 5], memory[r + 6] = w0, w1, w2
-        memory[r + 7], memory[r + 8], memory[r + 9] = row[k, 7], row[k, 8], row[k, 9]
-        memory[r + 10] = flag
-    statistic = _window(index, memory, f0, f1, f2, w0, w1, w2, flag < MISSING, index[DETECTOR], sigma_a2, sigma_g2, g)
-    index[COUNT_IN] = i + 1
-    if not empty:
-        index[REAL] = i + 1
-    centre = i - (index[WINDOW] - 1) // 2
-    if centre >= index[REAL]:
-        statistic = math.inf
-    if centre >= 0:
-        memory[index[STATISTIC] + centre % capacity] = statistic
-        if index[LOOKAHEAD] > 0:
-            _keep_minimum(index, memory, centre, statistic)
-    return centre >= index[LOOKAHEAD]
+    n = rows.shape[0]
+    start = index[COUNT]
+    size = index[WINDOW]
+    detector = index[DETECTOR]
+    half = (size - 1) // 2
+    kept = 2 * index[LOOKAHEAD]
+    for c in range(kept):
+        T[c] = memory[index[TAIL] + c]
+    prefix = _load(memory, PREFIX)
+    end = n + (half if finish else 0)
+    k = 0
+    while k < end:
+        # Up to the end of the block that place start + k is in
+        place = (start + k) % size
+        stop = min(end, k + size - place)
+        o = index[SUFFIX] + SUMS * (place + 1)
+        for i in range(k, min(stop, n)):
+            prefix = _add_new(prefix, rows, flags, i, detector)
+            T[kept + i] = _evaluate(memory, o, prefix, detector, weight_a, weight_g, g)
+            o += SUMS
+        for i in range(max(k, n), stop):
+            T[kept + i] = _evaluate(memory, o, prefix, detector, weight_a, weight_g, g)
+            o += SUMS
+        if stop == k + size - place:
+            _close_block(index, memory, rows, flags, start, start + stop)
+            prefix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        k = stop
+    _store(memory, PREFIX, prefix)
+    for c in range(kept):
+        memory[index[TAIL] + c] = T[n + c]
+    return start + n if finish else max(0, start + n - half)
 
 
 @inlined
-def _keep_minimum(index, memory, centre, statistic):
-    """Add a statistic to the rising queue whose first entry is the least within ±LOOKAHEAD of the sample to be judged."""
-    capacity, queue = index[CAPACITY], index[DEQUE]
-    first, size = index[DEQUE_FIRST], index[DEQUE_SIZE]
-    while size > 0:
-        last = int(memory[queue + (first + size - 1) % capacity])
-        if memory[index[STATISTIC] + last % capacity] < statistic:
-            break
-        size -= 1
-    memory[queue + (first + size) % capacity] = centre
-    size += 1
-    while int(memory[queue + first]) < centre - 2 * index[LOOKAHEAD]:
-        first = (first + 1) % capacity
-        size -= 1
-    index[DEQUE_FIRST] = first
-    index[DEQUE_SIZE] = size
+def keep(index, memory, rows, flags):
+    """After a call: keep the last samples of rows in the ring, and what a missing value would be held at."""
+    n = rows.shape[0]
+    mask = index[MASK]
+    start = index[COUNT]
+    for k in range(max(0, n - mask - 1), n):
+        r = index[ROWS] + ROW * ((start + k) & mask)
+        for c in range(10):
+            memory[r + c] = rows[k, c]
+        memory[r + 10] = MEASURED if flags.shape[0] == 0 else flags[k]
+    if n > 0 and flags.shape[0] == 0:
+        memory[HELD] = memory[HELD + 1] = rows[n - 1, 0]
+        for c in range(6):
+            memory[HELD + 2 + c] = rows[n - 1, 1 + c]
+    index[COUNT] = start + n
 
 
 @inlined
-def verdict(index, memory, threshold, zero_velocity_sd, floor, ratio):
-    """Statistic, threshold and standard deviation of the zero velocity (0: swing) of the next sample, and where its row stands.
+def complete(rows):
+    """Whether every specific force and angular rate of rows is a number."""
+    total = 0.0
+    for k in range(rows.shape[0]):
+        for c in range(1, 7):
+            total += rows[k, c] - rows[k, c]
+    return total == 0.0
+
+
+@kernel
+def fill(memory, rows, flags, gap_s):
+    """Hold the last good value over NaN in specific force or angular rate, in place, for at most `gap_s`; say in flags what was done.
+
+    A sample whose values have been missing for longer is set to zero and flagged MISSING.
+    """
+    for k in range(rows.shape[0]):
+        t = rows[k, 0]
+        flags[k] = MEASURED
+        for sensor in range(2):
+            c = 1 + 3 * sensor
+            if math.isfinite(rows[k, c] + rows[k, c + 1] + rows[k, c + 2]):
+                memory[HELD + sensor] = t
+                for i in range(3):
+                    memory[HELD + 2 + 3 * sensor + i] = rows[k, c + i]
+            else:
+                flags[k] = max(flags[k], HELD_SAMPLE if t - memory[HELD + sensor] <= gap_s else MISSING)
+                for i in range(3):
+                    rows[k, c + i] = memory[HELD + 2 + 3 * sensor + i]
+        if flags[k] == MISSING:
+            for c in range(1, 7):
+                rows[k, c] = 0.0
+
+
+@inlined
+def _least(index, memory, T, first, j, known):
+    """Least statistic within ±LOOKAHEAD of sample j, of those known: the front of a queue of rising statistics."""
+    mask, queue, look = index[MASK], index[QUEUE], index[LOOKAHEAD]
+    front, back = index[QUEUE_FIRST], index[QUEUE_LAST]
+    # Up to j + LOOKAHEAD - 1 is in the queue from the sample before; at the start, nothing.
+    for c in range(0 if j == 0 else j + look, min(j + look + 1, known)):
+        while back > front and T[int(memory[queue + ((back - 1) & mask)]) - first] >= T[c - first]:
+            back -= 1
+        memory[queue + (back & mask)] = c
+        back += 1
+    while int(memory[queue + (front & mask)]) < j - look:
+        front += 1
+    index[QUEUE_FIRST] = front
+    index[QUEUE_LAST] = back
+    return T[int(memory[queue + (front & mask)]) - first]
+
+
+@inlined
+def verdict(index, memory, T, first, j, known, threshold, zero_velocity_sd, floor, ratio):
+    """Statistic, threshold and standard deviation of the zero velocity (0: swing) of sample j.
 
     ABSOLUTE: MAGINAV eq 3, T < threshold. RELATIVE: T < ratio·m with m the least T within ±LOOKAHEAD samples, at least `floor`; the noise
-    follows the statistic, sd·(m/floor)^¼·T/m, so that a rolling foot is believed less than a standing one.
+    follows the statistic, sd·(m/floor)^¼·T/m (at least a quarter of it), so that a rolling foot is believed less than a standing one.
     """
-    capacity = index[CAPACITY]
-    j = index[COUNT_OUT]
-    index[COUNT_OUT] = j + 1
-    statistic = memory[index[STATISTIC] + j % capacity]
+    statistic = T[j - first]
     sd = 0.0
     if index[RULE] == RELATIVE:
-        least = statistic
-        if index[LOOKAHEAD] > 0:
-            least = memory[index[STATISTIC] + int(memory[index[DEQUE] + index[DEQUE_FIRST]]) % capacity]
-        base = max(floor, least)
+        base = max(floor, _least(index, memory, T, first, j, known))
         limit = ratio * base
         if statistic < limit:
             sd = zero_velocity_sd * math.sqrt(math.sqrt(base / floor)) * max(statistic / base, 0.25)
@@ -192,25 +259,29 @@ def verdict(index, memory, threshold, zero_velocity_sd, floor, ratio):
         limit = threshold
         if statistic < limit:
             sd = zero_velocity_sd
-    return statistic, limit, sd, index[ROWS] + ROW * (j % capacity)
+    return statistic, limit, sd
+
+
+@inlined
+def origin(index):
+    """The sample whose statistic stands at T[0] in this call."""
+    return index[COUNT] - (index[WINDOW] - 1) // 2 - 2 * index[LOOKAHEAD]
 
 
 @kernel
-def detect(index, memory, rows, finish, sigma_a2, sigma_g2, g, gap_s, threshold, zero_velocity_sd, floor, ratio, out):
+def detect(index, memory, rows, flags, finish, weight_a, weight_g, g, threshold, zero_velocity_sd, floor, ratio, T, out):
     """Statistic, threshold and zero-velocity standard deviation of every sample: the detector without the filter.
 
-    rows (n,10) sample rows; finish: no more will come; out (≥ n + latency, 3). Returns the number of rows written.
+    rows (n,10) sample rows without NaN in force and rate, or with the flags (n,) that `fill` gave, else flags (0,); finish: no more will
+    come; T scratch (see `statistics`); out (n + latency, 3). Returns the number of rows written.
     """
-    n = rows.shape[0]
-    written = 0
-    extra = index[LOOKAHEAD] + (index[WINDOW] - 1) // 2 if finish else 0
-    for k in range(n + extra):
-        if push(index, memory, rows, k, k >= n, sigma_a2, sigma_g2, g, gap_s):
-            if index[COUNT_OUT] >= index[REAL]:
-                break
-            statistic, limit, sd, _ = verdict(index, memory, threshold, zero_velocity_sd, floor, ratio)
-            out[written, 0] = statistic
-            out[written, 1] = limit
-            out[written, 2] = sd
-            written += 1
-    return written
+    first = origin(index)
+    known = statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T)
+    judged = index[JUDGED]
+    last = known if finish else known - index[LOOKAHEAD]
+    for j in range(judged, last):
+        statistic, limit, sd = verdict(index, memory, T, first, j, known, threshold, zero_velocity_sd, floor, ratio)
+        out[j - judged, 0], out[j - judged, 1], out[j - judged, 2] = statistic, limit, sd
+    index[JUDGED] = max(judged, last)
+    keep(index, memory, rows, flags)
+    return index[JUDGED] - judged
