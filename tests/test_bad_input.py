@@ -7,6 +7,7 @@ a position that is not finite, a file left behind by a command that failed.
 import gzip
 import json
 import math
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -167,6 +168,7 @@ CASES = [
     Case("a folder", lambda path: path.mkdir(), "folder", 1),
     Case("a link to nowhere", lambda path: path.symlink_to("nowhere.csv"), "no such file", 1),
     Case("a link to itself", lambda path: path.symlink_to(path), "cannot be opened", 1),
+    Case("a pipe", lambda path: os.mkfifo(path), "pipe", 1),
     Case("binary junk", data(bytes(np.random.default_rng(1).integers(0, 256, 4000, np.uint8))), "format", 1),
     Case("zeros only", data(bytes(5000)), "walk.csv", 1),
     Case("gzip", lambda path: path.write_bytes(gzip.compress(csv(walk()).encode())) and None, "Unpack", 1),

@@ -117,7 +117,9 @@ def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> Non
         (["evaluate", "walk.csv", "walk.csv", "--align", "sim3"], "se3"),
         (["stance", "walk.csv", "--detector", "shoes"], 'Did you mean "shoe"?'),
         (["convert", "walk.csv", "walk.txt"], ".parquet"),
-        (["convert", "walk.csv", "./walk.csv"], "overwrite"),
+        (["convert", "walk.csv", "./walk.csv"], "written over"),
+        (["stance", "walk.csv", "-o", "walk.csv"], "written over"),
+        (["track", "walk.csv", "--heading", "nan"], "clockwise"),
         (["export", "walk.csv", "walk.kml"], "--format"),
         (["export", "walk.csv", "walk.x", "--format", "gpz"], 'Did you mean "gpx"?'),
         (["export", "walk.csv", "walk.gpx", "--origin", "here"], "latitude,longitude"),
@@ -304,6 +306,31 @@ def test_reference_is_judged(recording: Path, truth: Path, capsys: pytest.Captur
     assert found["ate_rmse_2d_m"] < 0.1
 
 
+def test_results_never_replace_the_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording.rename("trajectory.csv")
+    before = Path("trajectory.csv").read_bytes()
+    assert "written over" in fails(capsys, 2, "track", "trajectory.csv", "-o", ".")
+    assert Path("trajectory.csv").read_bytes() == before
+    assert main(["track", "trajectory.csv", "-q", "--no-report"]) == 0
+
+
+def test_a_path_that_is_no_number_is_not_handed_out(
+    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import bematist.methods
+
+    whole = bematist.methods.track
+
+    def diverges(*args: object, **options: object) -> object:
+        found = whole(*args, **options)  # pyright: ignore[reportArgumentType]
+        found.position[300:] = np.nan
+        return found
+
+    monkeypatch.setattr(bematist.methods, "track", diverges)
+    assert "diverged, the position is no number from 3.00 s on" in fails(capsys, 1, "track", "walk.csv")
+    assert there() == ["walk.csv"]
+
+
 def test_no_place_for_text_with_brackets(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Names are shown as they are: rich reads [..] as markup unless told not to."""
     Path("walk.csv").rename("[red]walk.csv")
@@ -452,7 +479,7 @@ def test_assignment(text: str, table: dict[str, object]) -> None:
     assert config.assignment(text) == table
 
 
-@pytest.mark.parametrize("text", ["a", "=1", "a.=1", ".a=1", "a b=1", "a=", "a=1 2", "a=[1", "a=1\nb=2", "a=two words"])
+@pytest.mark.parametrize("text", ["a", "=1", "a.=1", ".a=1", "a b=1", "a=", "a=1 2", "a=nan", "a=[1", "a=1\nb=2", "a=two words"])
 def test_wrong_assignment(text: str) -> None:
     with pytest.raises(UsageError, match="--set"):
         config.assignment(text)

@@ -109,7 +109,7 @@ def assignment(text: str) -> Table:
 def _value(text: str, value: str) -> Any:
     try:
         parsed = tomllib.loads(f"value = {value}")
-        if parsed.keys() == {"value"}:
+        if parsed.keys() == {"value"} and parsed["value"] == parsed["value"]:  # NaN is no value
             return parsed["value"]
     except tomllib.TOMLDecodeError:
         if _BARE_WORD.fullmatch(value):

@@ -53,6 +53,7 @@ def compare(
     changes = changes_from({}, sets, heading)
     jobs = [Job(name, changes).check() for name in method_names(methods)]
     folder = options.folder_for(recording, output_folder, "-compare")
+    options.keep([recording, reference], [folder / name for name in ("comparison.csv", "comparison.json", "report.html")])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)

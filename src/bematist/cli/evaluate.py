@@ -40,6 +40,7 @@ def evaluate(
         sys.stdout.write(text)
         return
     if json is not None:
+        options.keep([trajectory, reference], [Path(json)])
         with whole_file(Path(json)) as place:
             place.write_text(text, "utf-8")
     output().print(table(("quantity", "value", "unit"), [(n, _text(v), unit) for n, v, unit in found.table()], right=[1]))

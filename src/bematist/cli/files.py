@@ -32,8 +32,7 @@ def convert(
     quiet: options.Quiet = False,
 ) -> None:
     """Write a recording of any format as canonical CSV or Parquet."""
-    if out.exists() and recording.exists() and out.samefile(recording):
-        raise UsageError(f"{out}: this would overwrite the recording. Choose another name.")
+    options.keep([recording], [out])
     from bematist.io import write_recording
 
     data = Reading.given(format, columns, axes, units, clock).read(recording)
@@ -68,6 +67,7 @@ def export(
         raise UsageError(f"{out}: the suffix does not tell the format. Name it with --format, such as --format gpx.")
     kind = config.choose("format", kind, dict.fromkeys(EXPORTS.values()))
     place = None if origin is None else _origin(origin)
+    options.keep([trajectory], [out])
     from bematist.io import export as write
     from bematist.io import read_trajectory
 

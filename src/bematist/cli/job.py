@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bematist import config
 from bematist.cli.console import progress
 from bematist.cli.options import ALIGNMENTS
+from bematist.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from bematist.evaluate import Evaluation
@@ -43,11 +45,26 @@ class Job:
                 chunk=chunk,
                 progress=lambda done, total: tell(done / max(total, 1)),
             )
+        _check(found)
         return replace(found, warnings=tuple(dict.fromkeys([*recording.warnings, *found.warnings])))
+
+
+def _check(trajectory: Trajectory) -> None:
+    """Raise DataError where the filter did not end in numbers: nobody should be handed such a path."""
+    import numpy as np
+
+    lost = np.flatnonzero(~np.isfinite(trajectory.position).all(1))
+    if len(lost):
+        raise DataError(
+            f"{trajectory.source}: the filter diverged, the position is no number from {trajectory.time[lost[0]]:.2f} s on. "
+            "Look at the recording there with `bematist stance`, and check units and parameters."
+        )
 
 
 def changes_from(stored: Mapping[str, Any], sets: list[str] | None, heading: float | None) -> dict[str, Any]:
     """Parameters of a stored configuration, then `--set`, then `--heading`."""
+    if heading is not None and not math.isfinite(heading):
+        raise UsageError(f"--heading {heading}: give degrees clockwise from North.")
     north = {} if heading is None else {"initial": {"heading_deg": heading}}
     return config.merge(stored, config.assignments(sets or []), north)
 
@@ -56,7 +73,6 @@ def judge(trajectory: Trajectory, truth: Reference | None, *, align: str = "yaw"
     """The evaluation against the reference, None without one; why not, where a reference that came along does not fit."""
     if truth is None:
         return None
-    from bematist.errors import DataError
     from bematist.evaluate import evaluate
 
     try:

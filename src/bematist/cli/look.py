@@ -92,6 +92,7 @@ def stance(
     data = Reading.given(format, columns, axes, units, clock).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-stance.html")
+    options.keep([recording], [path])
     with whole_file(path) as place:
         from bematist.report import write_stance_page
 

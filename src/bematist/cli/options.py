@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -141,3 +141,17 @@ def folder_for(recording: Path, wanted: Path | None, suffix: str = "") -> Path:
     folder = Path(name)
     taken = folder.exists() and (not folder.is_dir() or folder.resolve() == recording.resolve())
     return Path(f"{name}-track") if taken else folder
+
+
+def keep(inputs: Iterable[Path | None], outputs: Iterable[Path]) -> None:
+    """Refuse to write over what is read.
+
+    Raises
+    ------
+    UsageError
+        An output is one of the inputs.
+    """
+    outputs = list(outputs)
+    for source in inputs:
+        if source is not None and source.exists() and any(o.exists() and o.samefile(source) for o in outputs):
+            raise UsageError(f"{source}: the result would be written over it. Choose another name with -o.")

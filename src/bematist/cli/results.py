@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from bematist.recording import Reference
     from bematist.trajectory import Trajectory
 
+FILES = ("trajectory.parquet", "trajectory.csv", "summary.json", "config.toml", "evaluation.json", "report.html")
+"""Names of the files in a folder of results."""
+
 
 def write_results(
     folder: Path,

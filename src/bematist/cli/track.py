@@ -14,7 +14,7 @@ from bematist.cli.app import app
 from bematist.cli.console import facts, output, progress, seconds, warn
 from bematist.cli.job import Job, changes_from, found_in, judge, noted
 from bematist.cli.options import Reading
-from bematist.cli.results import write_results
+from bematist.cli.results import FILES, write_results
 from bematist.errors import UsageError
 from bematist.outputs import results_folder
 
@@ -64,6 +64,7 @@ def track(
     changes = changes_from(stored.get("parameters", {}), sets, heading)
     job = Job(_method(method, stored, configuration), changes).check()
     folder = options.folder_for(recording, output_folder)
+    options.keep([recording, reference], [folder / name for name in FILES])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)

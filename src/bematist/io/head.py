@@ -55,6 +55,8 @@ def open_head(path: str | Path) -> Head:
     try:
         if path.is_dir():
             return Head(path, b"", None, ())
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path}: this is no file but a pipe or a device, which cannot be read twice. Save it as a file.")
         with path.open("rb") as file:
             raw = file.read(HEAD_BYTES)
     except FileNotFoundError:
