@@ -542,3 +542,22 @@ def test_whole_file_keeps_the_old_one(tmp_path: Path) -> None:
         raise DataError("no")
     assert path.read_text() == "old"
     assert there(tmp_path) == ["x.json"]
+
+
+def test_the_documentation_names_every_command_and_option() -> None:
+    import re
+
+    import typer.main
+
+    from bematist.cli import app
+
+    text = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text("utf-8")
+    group = typer.main.get_group(app)
+    for name, one in group.commands.items():
+        assert f"\n## {name}\n" in text
+        options = {o for p in one.params for o in (*p.opts, *p.secondary_opts) if o.startswith("--")}
+        missing = [o for o in options if not re.search(rf"{o}\b", text)]
+        assert not missing, (name, missing)
+    documented = set(re.findall(r"(?<![\w-])(--[a-z][a-z-]+)", text))
+    known = {o for one in group.commands.values() for p in one.params for o in (*p.opts, *p.secondary_opts)}
+    assert documented <= known | {"--help"}
