@@ -39,8 +39,8 @@ def fetched(page: browser.Page) -> list[str]:
 def report(chromium: browser.Browser, tmp_path_factory: pytest.TempPathFactory) -> browser.Page:
     """A page about one walk of two minutes with all diagnostics."""
     path = tmp_path_factory.mktemp("report") / "report.html"
-    t = walk(30_000)
-    t.velocity[15_001] = [0, 0, 60.0]
+    t = walk(12_000)
+    t.velocity[6_001] = [0, 0, 60.0]
     write_report([t], path, reference(t))
     page = browser.Page(chromium)
     page.open(path)
@@ -52,6 +52,8 @@ def test_opens_whole_and_alone(report: browser.Page) -> None:
     assert fetched(report) == []
     assert report.run("document.querySelectorAll('.js-plotly-plot').length") == PANELS + 1
     assert report.run(ALL_DRAWN)
+    buttons = report.run("[...document.querySelectorAll('.modebar-btn')].map((b) => b.dataset.title)")
+    assert len(buttons) > PANELS and not [b for b in buttons if "loud" in b or "hare" in b]
 
 
 def test_the_check_for_errors_and_requests_can_fail(chromium: browser.Browser, tmp_path: Path) -> None:
@@ -123,9 +125,10 @@ def test_hovering_marks_the_place_and_the_moment(report: browser.Page) -> None:
         " const mark = p.querySelector('.cursor'); const a = p._fullLayout.xaxis;"
         " return [time, a.p2l(parseFloat(mark.style.left) - a._offset)]; })()"
     )
-    truth = walk(30_000)
+    truth = walk(12_000)
     assert east == pytest.approx(np.interp(t, truth.time, truth.position[:, 0]), abs=0.5)
-    assert "s" in report.run("document.querySelector('#plot-speed .hoverlayer').textContent")
+    label = report.until("document.querySelector('#plot-speed .hoverlayer').textContent")
+    assert f"{t:.1f}" in label and "m/s" in label
 
 
 def test_the_dark_theme_follows_the_reader(report: browser.Page) -> None:

@@ -105,12 +105,14 @@ const bematist = (() => {
       font: { family: getComputedStyle(document.body).fontFamily, color: color("@ink"), size: 12.5 },
       legend: { orientation: "h", traceorder: "normal", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 12 }, bgcolor: "rgba(0,0,0,0)" },
       hoverlabel: { bgcolor: color("@surface"), bordercolor: color("@edge"), font: { color: color("@ink"), size: 12.5 } },
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: color("@muted"), activecolor: color("@ink") },
       ...more,
     };
   }
 
+  // plotly.js would offer to send the data of the plot to its maker's server.
   const config = (more) => ({
-    responsive: true, displaylogo: false, doubleClick: "reset", modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], ...more,
+    responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", doubleClick: "reset", modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], ...more,
   });
 
   function timeLayout(panel) {
@@ -119,7 +121,7 @@ const bematist = (() => {
     // No automargin for y: the time axes of all plots must stand below one another.
     return layout({
       dragmode: coarse ? false : "zoom", hovermode: "x unified", hoverdistance: 40,
-      xaxis: axis("time (s)", { range: [from, to], hoverformat: ".2f", unifiedhovertitle: { text: "%{x} s" }, zeroline: false }),
+      xaxis: axis("time (s)", { range: [from, to], hoverformat: ".2f", unifiedhovertitle: { text: "%{x:.2f} s" }, zeroline: false, showspikes: false }),
       yaxis: axis(panel.axis, { ...log, nticks: 6, zeroline: !panel.log, automargin: false }),
       yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true },
       showlegend: panel.traces.some((t) => t.showlegend) && panel.traces.filter((t) => t.showlegend).length > 1,
@@ -133,6 +135,8 @@ const bematist = (() => {
 
   async function drawTime(panel) {
     const div = document.getElementById("plot-" + panel.key);
+    const names = panel.traces.filter((t) => t.showlegend).length;
+    if (narrow() && names > 2) div.style.height = 200 + 20 * names + "px"; // its legend may need a row for each
     const full = panel.traces.map((t) => ({ x: decode(t.x), y: decode(t.y) }));
     const own = { div, panel, full, themed: panel.traces.map((t) => themed({ ...t, x: null, y: null })) };
     times.push(own);
