@@ -165,13 +165,16 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
         stream = raw.streams.get(name)
         if stream is None:
             continue
-        whole = np.isfinite(stream.values.sum(1))
-        if max(np.fmax.reduce(stream.values, None), -np.fmin.reduce(stream.values, None)) >= BEYOND:
-            whole &= np.abs(stream.values).max(1) < BEYOND
+        columns = stream.values.T
+        with np.errstate(invalid="ignore", over="ignore"):
+            whole = np.isfinite(sum(columns[1:], start=columns[0]))  # by columns: far faster than by rows
+        damaged = max(np.fmax.reduce(columns, None), -np.fmin.reduce(columns, None)) >= BEYOND
+        if damaged:
+            whole &= np.abs(columns).max(0) < BEYOND
         broken = np.flatnonzero(~whole)
-        partial = broken[np.isfinite(stream.values[broken]).any(1)]
-        beyond = np.any(np.abs(stream.values[broken]) >= BEYOND, axis=1)
-        if beyond.any():
+        partial = broken[np.logical_or.reduce([np.isfinite(c[broken]) for c in columns])]
+        if damaged:
+            beyond: NDArray[np.bool_] = np.asarray((np.abs(columns[:, broken]) >= BEYOND).any(0))
             raw.warnings.append(f"{beyond.sum()} {WORDS[name]} samples beyond anything a sensor can read were left out.")
             partial = partial[~beyond[np.searchsorted(broken, partial)]]
         if len(partial):
