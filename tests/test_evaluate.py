@@ -221,6 +221,7 @@ def test_an_honest_covariance_passes_and_a_vain_one_does_not():
     p, angle = path(n), 1.1
     q = quaternion_from_euler(*RNG.uniform(-1, 1, (3, n)))
     noise = [RNG.normal(size=(n, 3)) @ L.T * s for s in (1.0, 0.1, 0.01)]
+    noise[0][0] = 0.0  # NEES counts from where the filter started
     truth = trajectory(p, attitude=q, velocity=path(n, 7))
     made = trajectory(
         p + noise[0],
@@ -327,13 +328,58 @@ def test_counts_decide_where_they_agree():
     np.testing.assert_array_equal(theirs, [0, 1, 2])
 
 
-def test_a_dense_reference_is_measured_from_stance_to_stance():
+@pytest.mark.parametrize("rests", [True, False])
+def test_the_length_of_a_dense_reference_is_that_of_its_footfalls(rests):
+    # 100 Hz, 4 mm of noise: every sample counted, the path would be half as long again. A body that never rests is
+    # measured from half metre to half metre.
     places = walk_of_footfalls()
-    at, down = steps(places)
-    noisy = at + RNG.normal(0, 0.02, at.shape)
-    e = evaluate(trajectory(at, stance=down), reference(noisy))
-    assert e.distance_m == pytest.approx(np.linalg.norm(np.diff(places, axis=0), axis=1).sum(), rel=0.01)
-    assert e.length_ratio == pytest.approx(1, abs=0.01)
+    at, down = steps(places, still=30 if rests else 1, swing=70)
+    clock = {"time": np.arange(len(at)) * 0.01}
+    noisy = at + RNG.normal(0, 0.004, at.shape)
+    true = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
+    e = evaluate(trajectory(at * 1.05, stance=0 * down, **clock), reference(noisy, **clock))
+    assert np.linalg.norm(np.diff(noisy, axis=0), axis=1).sum() > 1.2 * true
+    assert e.distance_m == pytest.approx(true, rel=0.005 if rests else 0.03)
+    assert e.length_ratio == pytest.approx(1.05, abs=0.005)
+
+
+def test_the_length_does_not_depend_on_the_trajectory():
+    places = walk_of_footfalls()
+    at, down = steps(places, still=30, swing=70)
+    clock = {"time": np.arange(len(at)) * 0.01}
+    half = down * (np.arange(len(down)) < len(down) // 2)
+    found = [evaluate(trajectory(at, stance=s, **clock), reference(at, **clock)).distance_m for s in (down, half)]
+    assert found[0] == found[1]
+
+
+def test_nees_in_the_plan_has_two_degrees_of_freedom():
+    n = 4000
+    A = RNG.normal(size=(3, 3))
+    P = A @ A.T + np.eye(3) * 0.1
+    noise = RNG.normal(size=(n, 3)) @ np.linalg.cholesky(P).T
+    r = path(n)
+    guess = r + noise
+    r[:, 2] = np.nan
+    covariance = np.tile(packed(P), (n, 3))
+    e = evaluate(trajectory(guess, packed_covariance=covariance), reference(r), align="none")
+    assert e.nees_position is not None
+    assert e.nees_position.dof == 2
+    assert e.nees_position.mean == pytest.approx(2, abs=0.15)
+    assert e.nees_position.inside == pytest.approx(0.95, abs=0.015)
+
+
+def test_nees_counts_from_where_the_filter_started():
+    # A reference in a frame far away: the distance between the frames is no error of the filter.
+    n = 500
+    sd = np.linspace(0.0, 1.0, n)
+    p = path(n)
+    covariance = np.zeros((n, 18))
+    covariance[:, [0, 3, 5]] = sd[:, None] ** 2
+    error = RNG.normal(size=(n, 3)) * sd[:, None]
+    e = evaluate(trajectory(p + error, packed_covariance=covariance), reference(p + np.array([50.0, 30.0, 7.0])), align="origin")
+    assert e.nees_position is not None
+    assert e.nees_position.mean == pytest.approx(3, abs=0.35)
+    assert e.nees_position.rows < n  # the first row has no uncertainty
 
 
 def test_nothing_in_common():

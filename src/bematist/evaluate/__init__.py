@@ -27,11 +27,12 @@ from bematist.evaluate.metrics import (
     nees_bounds,
     nees_summary,
     path_length,
+    polygon_rows,
     relative_error,
     rms,
     rotate_packed,
 )
-from bematist.evaluate.pairing import Pairs, footfalls, match_footfalls, pair, sample
+from bematist.evaluate.pairing import Pairs, footfalls, match_footfalls, pair
 from bematist.recording import Reference
 from bematist.trajectory import Trajectory
 
@@ -54,6 +55,7 @@ __all__ = [
 
 WINDOWS_S = (10.0, 60.0)
 WINDOWS_M = (10.0, 100.0)
+_REFERENCE_SD = 1e-3  # m; where the filter claims better than a motion capture, its NEES says nothing
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,7 +68,7 @@ class Evaluation:
     alignment : how the trajectory was laid over the reference.
     matched : "time" or "footfalls".
     rows : rows of the reference that were compared.
-    distance_m : length of the reference, from stance to stance (see `evaluate`).
+    distance_m : length of the reference, from footfall to footfall (see `evaluate`).
     length_ratio : length of the trajectory between the same instants over `distance_m`. No alignment touches it.
     ate_m, ate_plan_m, ate_height_m : absolute trajectory error, root mean square in space, in the plan, in height, m.
     ate_plan_median_m, ate_plan_max_m : median and largest error in the plan, m.
@@ -191,7 +193,7 @@ class Evaluation:
                     (
                         f"NEES, {name}{by}",
                         n["mean"],
-                        f"expected 3; 95 % of rows in {n['lower']:.2f} to {n['upper']:.2f}",
+                        f"expected {n['dof']}; 95 % of rows in {n['lower']:.2f} to {n['upper']:.2f}",
                     )
                 )
                 rows.append((f"NEES, {name}, rows inside{by}", 100 * n["inside"], "%"))
@@ -218,10 +220,13 @@ def evaluate(
     """Compare a trajectory with what is known of the true path.
 
     The trajectory is taken at the reference's own instants or footfalls (`pairing.pair`), aligned by these points
-    (`align_path`), and its errors are stated in the reference's frame. Length and % of distance go from stance to
-    stance, so that neither the foot's arcs nor the noise of a motion capture count: through the footfalls of the
-    reference where it counts them, through the middles of the trajectory's stance phases where the reference is dense
-    (twice a second or more), else through its own rows.
+    (`align_path`), and its errors are stated in the reference's frame. Lengths go from footfall to footfall of the
+    reference where it shows them, so that neither the arcs of the foot nor the noise of a motion capture count; see
+    `metrics.polygon_rows`.
+
+    NEES asks how a filter that started at the first row knew of its errors: the aligned path is shifted so that the two
+    coincide there (with `none` nothing is shifted). A fitted rotation, of which the filter knows nothing, makes it look
+    better; where the heading is known, align with none or origin.
 
     Parameters
     ----------
@@ -245,7 +250,7 @@ def evaluate(
     error = aligned - true
     height = bool(np.isfinite(error[:, 2]).any())
     flat = error if height else np.column_stack([error[:, :2], np.zeros(len(error))])
-    mine, theirs, distance = _lengths(trajectory, ref, pairs)
+    mine, theirs, distance = _lengths(ref, pairs)
     end = float(np.sqrt(np.nansum(error[-1] ** 2)))
     closure = float(np.linalg.norm(trajectory.position[-1] - trajectory.position[0]))
     attitude, nees_attitude, notes = _attitude(pairs, ref, alignment)
@@ -272,7 +277,7 @@ def evaluate(
         velocity_rms=velocity,
         attitude=attitude,
         course_rms=course_error(aligned, true),
-        nees_position=nees_summary(error, rotate_packed(alignment.rotation, pairs.packed_covariance[:, :6])),
+        nees_position=_position_nees(error, alignment, pairs),
         nees_velocity=nees_velocity,
         nees_attitude=nees_attitude,
         rows_used=pairs.rows,
@@ -283,31 +288,19 @@ def evaluate(
 
 
 def _as_reference(truth: Trajectory) -> Reference:
-    return Reference(
-        time=truth.time, position=truth.position, attitude=truth.attitude, note=truth.method or truth.source
-    )
+    return Reference(time=truth.time, position=truth.position, attitude=truth.attitude, note=truth.method or truth.source)
 
 
-def _lengths(trajectory: Trajectory, ref: Reference, pairs: Pairs) -> tuple[float, float, float]:
+def _lengths(ref: Reference, pairs: Pairs) -> tuple[float, float, float]:
     # Lengths of trajectory and reference through the same points, and of the whole reference.
     position = ref.position[pairs.rows]
+    mine = _as_known(pairs.position, position)
     if pairs.by_footfall:
         known = ref.position[np.isfinite(ref.position[:, :2]).all(1)]
-        return path_length(_as_known(pairs.position, position)), path_length(position), path_length(known)
-    time = ref.time[pairs.rows]
-    middle = footfalls(trajectory)[0]
-    dense = len(time) > 1 and float(np.median(np.diff(time))) <= 0.5
-    if not dense or len(middle) < 2:
-        length = path_length(position) if not dense else float(distance_along(position)[-1])
-        mine = (
-            path_length(_as_known(pairs.position, position)) if not dense else float(distance_along(pairs.position)[-1])
-        )
-        return mine, length, length
-    at = trajectory.time[middle]
-    at = np.unique(np.clip(np.concatenate([time[:1], at, time[-1:]]), time[0], time[-1]))
-    theirs = np.column_stack([np.interp(at, time, axis) for axis in position.T])
-    length = path_length(theirs)
-    return path_length(_as_known(sample(trajectory, at)["position"], theirs)), length, length
+        return path_length(mine), path_length(position), path_length(known)
+    rows = polygon_rows(pairs.time, position)
+    length = path_length(position[rows])
+    return path_length(mine[rows]), length, length
 
 
 def _as_known(position: Array, reference: Array) -> Array:
@@ -315,17 +308,13 @@ def _as_known(position: Array, reference: Array) -> Array:
     return np.where(np.isfinite(reference), position, np.nan)
 
 
-def _relative(
-    error: Array, true: Array, pairs: Pairs, windows_s: Sequence[float], windows_m: Sequence[float]
-) -> tuple[Relative, ...]:
+def _relative(error: Array, true: Array, pairs: Pairs, windows_s: Sequence[float], windows_m: Sequence[float]) -> tuple[Relative, ...]:
     gone = distance_along(true)
     by_time = [relative_error(error, pairs.time, w, "s") for w in windows_s]
     return (*by_time, *(relative_error(error, gone, w, "m") for w in windows_m))
 
 
-def _attitude(
-    pairs: Pairs, ref: Reference, alignment: Alignment
-) -> tuple[AttitudeError | None, Nees | None, list[str]]:
+def _attitude(pairs: Pairs, ref: Reference, alignment: Alignment) -> tuple[AttitudeError | None, Nees | None, list[str]]:
     if ref.attitude is None:
         return None, None, []
     if alignment.mirrored:
@@ -337,6 +326,19 @@ def _attitude(
     mine = alignment.attitude(pairs.attitude[known])
     packed = rotate_packed(alignment.rotation, pairs.packed_covariance[known, 12:])
     return attitude_error(mine, q[known]), nees_summary(attitude_error_vectors(mine, q[known]), packed), []
+
+
+def _position_nees(error: Array, alignment: Alignment, pairs: Pairs) -> Nees | None:
+    packed = rotate_packed(alignment.rotation, pairs.packed_covariance[:, :6])
+    if alignment.kind != "none":
+        error = error - error[0]
+    if np.isfinite(error[:, 2]).any():
+        return nees_summary(error, packed, least_sd=_REFERENCE_SD)
+    # The plan alone: a height that is independent and has no error adds nothing.
+    flat = np.column_stack([error[:, :2], np.zeros(len(error))])
+    packed[:, [2, 4]] = 0.0
+    packed[:, 5] = np.maximum(packed[:, 0], packed[:, 3])
+    return nees_summary(flat, packed, dof=2, least_sd=_REFERENCE_SD)
 
 
 def _velocity(pairs: Pairs, truth: Trajectory | None, alignment: Alignment) -> tuple[float, Nees | None]:
@@ -354,11 +356,6 @@ def _notes(alignment: Alignment, height: bool, pairs: Pairs) -> list[str]:
         notes.append("the reference has no height: errors and lengths are in the plan")
     if len(pairs.rows) < 3 and alignment.kind in ("yaw", "se3"):
         notes.append(f"only {len(pairs.rows)} rows: the alignment absorbs most of the error")
-    if alignment.kind in ("yaw", "se3") and np.isfinite(pairs.packed_covariance[:, :6]).all(1).any():
-        notes.append(
-            "NEES is judged after a fit that the filter knows nothing of; align with none or origin where the start "
-            "is known"
-        )
     return notes
 
 

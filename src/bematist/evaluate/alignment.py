@@ -97,13 +97,9 @@ def align_path(position: ArrayLike, reference: ArrayLike, kind: Align = "yaw", m
     rows = np.isfinite(p).all(1) & np.isfinite(r[:, :2]).all(1)
     p, r = p[rows], r[rows]
     if not len(p):
-        raise DataError(
-            "There is no instant at which both the trajectory and the reference have a position: nothing to align."
-        )
+        raise DataError("There is no instant at which both the trajectory and the reference have a position: nothing to align.")
     if kind == "se3" and not np.isfinite(r).all():
-        raise DataError(
-            "The reference has no height everywhere, so se3 alignment cannot be fitted: align with yaw instead."
-        )
+        raise DataError("The reference has no height everywhere, so se3 alignment cannot be fitted: align with yaw instead.")
     fit = {"none": _nothing, "origin": _origin, "yaw": _yaw, "se3": _se3}[kind]
     plain = Alignment(kind=kind, rotation=(a := fit(p, r))[0], translation=a[1])
     if not mirrored or kind in ("none", "origin"):

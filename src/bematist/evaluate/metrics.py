@@ -55,9 +55,25 @@ def relative_error(error: Array, along: Array, window: float, unit: str) -> Rela
     j = np.searchsorted(along, along + window - 1e-9)
     i = np.flatnonzero(j < len(along))
     value = rms(error[j[i]] - error[i]) if len(i) else float("nan")
-    return Relative(
-        window=window, unit=unit, rms_m=value, percent=100 * value / window if unit == "m" else np.nan, pairs=len(i)
-    )
+    return Relative(window=window, unit=unit, rms_m=value, percent=100 * value / window if unit == "m" else np.nan, pairs=len(i))
+
+
+def polygon_rows(time: Array, position: Array) -> NDArray[np.int64]:
+    """Rows of a reference through which its length is measured.
+
+    Of a sparse reference (rows more than 0.1 s apart), every row. Of a shoe, the middles of its footfalls, where it moves
+    less than 2 cm in 0.1 s. Of a body or a hand, which never rest so, every row that is 0.5 m from the last: that is
+    taken where the way through the footfalls is shorter by more than a tenth.
+    """
+    every = np.arange(len(time))
+    if len(time) < 3 or np.median(np.diff(time)) > 0.1:
+        return every
+    before, after = (np.searchsorted(time, time + s).clip(max=len(time) - 1) for s in (-0.05, 0.05))
+    still = np.nansum((position[after] - position[before]) ** 2, axis=1) < 0.02**2
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
+    steps = np.unique(np.concatenate([[0], edges.sum(1) // 2, every[-1:]]).clip(max=len(time) - 1))
+    apart = np.unique(np.append(_kept(position), every[-1]))
+    return steps if path_length(position[steps]) > 0.9 * path_length(position[apart]) else apart
 
 
 def distance_along(position: Array) -> Array:
@@ -65,13 +81,19 @@ def distance_along(position: Array) -> Array:
 
     A row counts once it is 0.5 m from the last one that counted; in between, the distance from that one stands for it.
     """
-    p, kept = np.nan_to_num(position), [0]
-    while (at := _leaves(p, kept[-1])) < len(p):
-        kept.append(at)
+    p, kept = np.nan_to_num(position), _kept(position)
     total = np.concatenate([[0.0], np.linalg.norm(np.diff(p[kept], axis=0), axis=1).cumsum()])
     last = np.searchsorted(kept, np.arange(len(p)), side="right") - 1
     away = np.linalg.norm(p - p[kept][last], axis=1)
     return np.maximum.accumulate(np.minimum(total[last] + away, np.append(total[1:], np.inf)[last]))
+
+
+def _kept(position: Array) -> list[int]:
+    # Rows each 0.5 m from the last.
+    p, kept = np.nan_to_num(position), [0]
+    while (at := _leaves(p, kept[-1])) < len(p):
+        kept.append(at)
+    return kept
 
 
 def _leaves(p: Array, at: int, distance: float = 0.5) -> int:
@@ -131,13 +153,15 @@ class Nees:
 
     Attributes
     ----------
-    mean : mean of eᵀ P⁻¹ e over the rows; an honest covariance gives 3 in expectation.
+    dof : degrees of freedom, 3; 2 for a position in the plan.
+    mean : mean of eᵀ P⁻¹ e over the rows; an honest covariance gives `dof` in expectation.
     lower, upper : 95 % bounds of one row. Rows of one walk follow each other closely, so their mean keeps nearly this
         spread; for the mean over independent walks see `nees_bounds`.
     inside : share of rows within these bounds.
     rows : number of rows with a usable covariance.
     """
 
+    dof: int
     mean: float
     lower: float
     upper: float
@@ -175,15 +199,18 @@ def nees_bounds(runs: int = 1, dof: int = 3, probability: float = 0.95) -> tuple
     return float(low), float(high)
 
 
-def nees_summary(error: Array, packed: Array) -> Nees | None:
-    """NEES of a walk, or None where no row has a positive definite covariance."""
+def nees_summary(error: Array, packed: Array, dof: int = 3, least_sd: float = 0.0) -> Nees | None:
+    """NEES of a walk, or None where no row has a positive definite covariance.
+
+    Rows whose largest standard deviation is below `least_sd` are left out: there the reference is no better.
+    """
     value = nees(error, packed)
-    value = value[np.isfinite(value)]
+    value = value[np.isfinite(value) & (packed[:, [0, 3, 5]].max(1) >= least_sd**2)]
     if not len(value):
         return None
-    low, high = nees_bounds()
+    low, high = nees_bounds(1, dof)
     inside = float(((value >= low) & (value <= high)).mean())
-    return Nees(mean=float(value.mean()), lower=low, upper=high, inside=inside, rows=len(value))
+    return Nees(dof=dof, mean=float(value.mean()), lower=low, upper=high, inside=inside, rows=len(value))
 
 
 def rotate_packed(R: Array, packed: Array) -> Array:

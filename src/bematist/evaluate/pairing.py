@@ -64,11 +64,7 @@ def _by_time(trajectory: Trajectory, reference: Reference) -> Pairs:
     rows = np.flatnonzero(placed & inside)
     if not len(rows):
         span = reference.time[placed]
-        where = (
-            f"from {span.min():.3f} s to {span.max():.3f} s"
-            if len(span)
-            else "with no row that has time, east and north"
-        )
+        where = f"from {span.min():.3f} s to {span.max():.3f} s" if len(span) else "with no row that has time, east and north"
         raise DataError(
             f"The trajectory (from {t[0]:.3f} s to {t[-1]:.3f} s) and the reference ({where}) do not overlap. Both "
             f"clocks must count "

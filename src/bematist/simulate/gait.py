@@ -15,15 +15,23 @@ from bematist.simulate.path import scaled
 
 Array = NDArray[np.float64]
 
-# Shape of a swing against the time u from heel-off (0) to foot flat (1): points on the median stride of a walk in a
-# motion
-# capture room, with the sensor on the instep. Pitch in rad (positive: toes down), forward and up in shares.
-_PITCH = ((0.10, 0.09), (0.20, 0.40), (0.28, 0.93), (0.34, 1.10), (0.42, 0.93), (0.50, 0.58), (0.60, 0.05), (0.70, -0.37),
-          (0.76, -0.46), (0.82, -0.40), (0.90, -0.16))  # fmt: skip
-_FORWARD = ((0.1, 0.009), (0.2, 0.037), (0.3, 0.105), (0.4, 0.241), (0.5, 0.436), (0.6, 0.654), (0.7, 0.845), (0.8, 0.944),
-            (0.9, 0.986))  # fmt: skip
-_UP = ((0.1, 0.0), (0.2, 0.03), (0.28, 0.03), (0.35, 0.55), (0.42, 0.97), (0.50, 0.76), (0.60, 0.42), (0.70, 0.74),
-       (0.76, 0.97), (0.82, 0.79), (0.90, 0.27))  # fmt: skip
+# Shape of a swing at every twentieth of the time u from heel-off (0) to foot flat (1), ends left out: the median
+# stride of a walk in a motion capture room, sensor on the instep. Pitch in rad (positive: toes down), forward and up in
+# shares of the stride and of the clearance.
+# fmt: off
+_PITCH = (
+    0.04, 0.10, 0.21, 0.42, 0.78, 1.05, 1.12, 0.99, 0.81, 0.59,
+    0.32, 0.06, -0.18, -0.36, -0.46, -0.43, -0.33, -0.15, -0.04,
+)
+_FORWARD = (
+    0.003, 0.009, 0.019, 0.037, 0.067, 0.105, 0.161, 0.241, 0.333, 0.436,
+    0.543, 0.654, 0.758, 0.845, 0.910, 0.944, 0.966, 0.986, 0.997,
+)
+_UP = (
+    0.00, 0.02, 0.04, 0.05, 0.00, 0.10, 0.56, 0.93, 0.92, 0.77,
+    0.56, 0.43, 0.48, 0.73, 1.00, 0.87, 0.57, 0.26, 0.06,
+)
+# fmt: on
 
 IMPACT = 0.80
 """When in the swing the heel strikes."""
@@ -52,13 +60,13 @@ def walking() -> Shape:
     step = (Polynomial([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0]))(u)
     bump = Polynomial([1.0, 0, -1.0]) ** 4
 
-    def through(points: tuple[tuple[float, float], ...], base: Polynomial, order: int) -> Polynomial:
-        y, value = np.array(points).T * [[2.0], [1.0]] - [[1.0], [0.0]]
-        c = np.linalg.lstsq(bump(y)[:, None] * np.vander(y, order, increasing=True), value - base(y))[0]
+    def through(values: tuple[float, ...], base: Polynomial, order: int) -> Polynomial:
+        y = np.linspace(-1, 1, len(values) + 2)[1:-1]
+        c = np.linalg.lstsq(bump(y)[:, None] * np.vander(y, order, increasing=True), values - base(y))[0]
         return base + bump * Polynomial(c)
 
     zero = Polynomial([0.0])
-    return Shape(through(_PITCH, zero, 7), through(_FORWARD, step, 5), through(_UP, zero, 7), step, bump)
+    return Shape(through(_PITCH, zero, 9), through(_FORWARD, step, 7), through(_UP, zero, 9), step, bump)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,9 +23,9 @@ class ParkedCars(Parameters):
     from_m: float = Field(description="Where the stretch begins, m along the path.", ge=0)
     to_m: float = Field(description="Where it ends, m along the path.", ge=0)
     spacing_m: float = Field(default=2.7, description="Distance between neighbours, m.", gt=0)
-    away_m: float = Field(default=2.2, description="Distance of the dipoles from the path, m. Nearer disturbs more (cube).", gt=0.5)
+    away_m: float = Field(default=2.0, description="Distance of the dipoles from the path, m. Nearer disturbs more (cube).", gt=0.5)
     height_m: float = Field(default=0.5, description="Height of the dipoles above the path, m.")
-    moment: float = Field(default=150.0, description="Root mean square magnetic moment of a car, A·m².", ge=0)
+    moment: float = Field(default=300.0, description="Root mean square magnetic moment of a car, A·m².", ge=0)
 
 
 class Scenario(Parameters):
@@ -37,8 +37,8 @@ class Scenario(Parameters):
     corner_radius_m: float = Field(default=1.0, description="Radius of the rounded corners, m; smaller where legs are short.", gt=0)
     heading_deg: float = Field(default=90.0, description="Heading of the first leg, degrees clockwise from North.")
     stride_m: float = Field(default=1.3, description="Length of a stride, m; fitted so that the path is a whole number of strides.", gt=0.1)
-    swing_s: float = Field(default=0.78, description="Time from heel-off to foot flat, s. Less makes larger accelerations.", gt=0.1)
-    stance_s: float = Field(default=0.38, description="Time the foot is flat, s.", gt=0.05)
+    swing_s: float = Field(default=0.86, description="Time from heel-off to foot flat, s. Less makes larger accelerations.", gt=0.1)
+    stance_s: float = Field(default=0.3, description="Time the foot is flat, s.", gt=0.05)
     variation: float = Field(default=0.03, description="Standard deviation of stride lengths and times, relative.", ge=0, le=0.2)
     rest_s: float = Field(default=10.0, description="Rest at the start, s.", ge=0)
     final_rest_s: float = Field(default=5.0, description="Rest at the end, s.", ge=0)

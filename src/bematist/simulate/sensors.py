@@ -55,14 +55,14 @@ class Errors:
 def flicker(instability: float, time: Array, rng: np.random.Generator) -> Array:
     """Flicker noise (N,3) whose Allan deviation is nearly flat at 0.664 `instability` from 3 s to an hour.
 
-    A sum of first-order Gauss–Markov processes a decade apart in correlation time, each with the variance B² ln(10)/2π,
-    which together have the spectrum B²/(2πf). Drawn once a second and interpolated.
+    A sum of first-order Gauss–Markov processes a decade apart in correlation time, each with the variance B² ln(10)/π,
+    which together have the (one-sided) spectrum B²/(πf). Drawn once a second and interpolated.
     """
     if not instability:
         return np.zeros((len(time), 3))
     seconds = np.arange(np.ceil(time[-1]) + 2)
     keep = np.exp(-1 / np.array(_FLICKER_S))[:, None]
-    sd = instability * np.sqrt(np.log(10) / (2 * np.pi))
+    sd = instability * np.sqrt(np.log(10) / np.pi)
     drive = rng.standard_normal((len(seconds), len(_FLICKER_S), 3)) * sd * np.sqrt(1 - keep**2)
     state, values = rng.standard_normal((len(_FLICKER_S), 3)) * sd, np.empty((len(seconds), 3))
     for k, step in enumerate(drive):
