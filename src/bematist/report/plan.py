@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bematist.recording import Reference
 from bematist.report.decimate import path_indices
-from bematist.report.panels import Subject
+from bematist.report.overlay import Overlay
+from bematist.report.subject import Subject
 from bematist.report.traces import Trace, encode, text
 from bematist.trajectory import PACKED
-
-if TYPE_CHECKING:
-    from bematist.evaluate import Alignment
 
 Array = NDArray[np.float64]
 
@@ -31,26 +28,15 @@ SWING_POINTS = 6
 """Points of a swing, its ends included, that stay in the drawn path."""
 
 
-def laid_over(positions: Array, covariance: Array, own: Alignment | None, first: Alignment | None) -> tuple[Array, Array]:
-    """Positions (N,3) and covariances (N,3,3) in the frame of the first trajectory, as the alignments with the reference say.
-
-    A path whose reference had to be mirrored otherwise than the first one's cannot be laid over it and stays as it is.
-    """
-    if own is None or first is None or own is first or own.mirrored != first.mirrored:
-        return positions, covariance
-    R = first.rotation.T @ own.rotation
-    return (own.path(positions) - first.translation) @ first.rotation, R @ covariance @ R.T
-
-
-def plan(drawn: Sequence[Subject], reference: Reference | None, alignments: Sequence[Alignment | None]) -> list[Trace]:
-    """Traces of the plan, lowest first. `reference` is in the frame of the first trajectory.
+def plan(drawn: Sequence[Subject], reference: Reference | None, overlay: Overlay) -> list[Trace]:
+    """Traces of the plan, lowest first. `reference` is in the frame of the page.
 
     The traces with `meta` "path" carry the time of each point as `customdata`: the page moves its cursor along them.
     """
     below, paths, above = [], [], []
-    for s, alignment in zip(drawn, alignments, strict=True):
+    for number, s in enumerate(drawn):
         chosen = _instants(s)
-        p, P = laid_over(s.trajectory.position, s.trajectory.packed_covariance[chosen][:, PACKED], alignment, alignments[0])
+        p, P = overlay.path(number, s.trajectory.position, s.trajectory.packed_covariance[chosen][:, PACKED])
         if not np.isfinite(p[:, :2]).all(1).any():
             continue
         below += _ellipses(s, p[chosen, :2], P[:, :2, :2])

@@ -14,7 +14,7 @@ from bematist.errors import DataError
 from bematist.recording import Recording
 from bematist.report import summary
 from bematist.report.page import header, panel_section, write_page
-from bematist.report.panels import Panel
+from bematist.report.subject import Panel
 from bematist.report.traces import Budget, Trace, encode, line, shading
 
 if TYPE_CHECKING:

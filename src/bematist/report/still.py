@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bematist.errors import DataError, UsageError
 from bematist.recording import Reference
 from bematist.report.decimate import extreme_indices, path_indices
-from bematist.report.page import align_reference, evaluate_all
-from bematist.report.panels import Subject, subjects
-from bematist.report.plan import laid_over
+from bematist.report.overlay import evaluate_all, overlay, thinned
+from bematist.report.subject import Subject, subjects
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from bematist.evaluate import Alignment
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b5b2e", "#8a8f98")
 """The palette of the page (Okabe and Ito 2008)."""
@@ -29,7 +26,7 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b
 def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, reference: Reference | None = None) -> None:
     """Draw paths in plan, and their height below, into a PNG, SVG or PDF file (by its suffix).
 
-    `reference` is laid over the first trajectory, and the others over it, by yaw and translation.
+    The trajectories are laid over `reference` by yaw and translation, in the frame of the one that fits it best.
 
     Raises
     ------
@@ -50,31 +47,23 @@ def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, referen
     if any(not len(t) for t in trajectories):
         raise DataError("A trajectory has no samples: there is nothing to draw.")
     drawn = subjects(trajectories)
-    alignments = [e.alignment if e else None for e in evaluate_all(trajectories, _thinned(reference))]
-    local = align_reference(reference, alignments[0])
+    few = None if reference is None else thinned(reference)
+    laid = overlay(trajectories, few, evaluate_all(trajectories, few))
+    local = laid.reference(reference)
     figure = Figure(figsize=(8, 7.5), layout="constrained")
     plan, height = figure.subplots(2, 1, height_ratios=[3.2, 1])
-    for s, alignment in zip(drawn, alignments, strict=True):
-        _draw(plan, height, s, alignment, alignments[0])
+    for number, s in enumerate(drawn):
+        p, _ = laid.path(number, s.trajectory.position, s.trajectory.covariance[:1])
+        _draw(plan, height, s, p)
     _draw_reference(plan, height, local)
     _dress(plan, height, many=len(drawn) > 1 or local is not None)
     with whole_file(path) as temporary:
         figure.savefig(temporary, dpi=150, format=path.suffix[1:].lower())
 
 
-def _thinned(reference: Reference | None) -> Reference | None:
-    """A reference by which to align: a few thousand instants of a dense one say where it lies."""
-    if reference is None or reference.footfall is not None:
-        return reference
-    k = slice(None, None, -(-len(reference.time) // 5000) or 1)
-    attitude = None if reference.attitude is None else reference.attitude[k]
-    return replace(reference, time=reference.time[k], position=reference.position[k], attitude=attitude)
-
-
-def _draw(plan: Axes, height: Axes, s: Subject, own: Alignment | None, first: Alignment | None) -> None:
+def _draw(plan: Axes, height: Axes, s: Subject, p: NDArray[np.float64]) -> None:
     t = s.trajectory
     color = COLORS[int(s.color[1:])]
-    p, _ = laid_over(t.position, t.covariance[:1], own, first)
     k = path_indices(p[:, :2], s.budget.plan)
     plan.plot(p[k, 0], p[k, 1], color=color, linewidth=1.2, label=s.name or t.method or "path")
     if s.alone:

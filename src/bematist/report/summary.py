@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from bematist.report.panels import Subject
+from bematist.report.subject import Subject
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -46,11 +46,11 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ("Height change", signed(s["height_change_m"], "m"), "end against start"),
         ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
         ("Stance", _percent(100 * s["stance_fraction"]), f"of the time, in {number(stances, '', 0)} phases"),
-        ("Processing", number(s["processing_s"], "s"), pace(trajectory)),
+        ("Processing", spent(s["processing_s"]), pace(trajectory)),
     ]
     if evaluation is not None:
         error = evaluation.to_dict()
-        note = f"rms in plan, {evaluation.rows} {_matched(evaluation)}, alignment {evaluation.alignment}"
+        note = f"rms in plan, {number(evaluation.rows, '', 0)} {_matched(evaluation)}, alignment {evaluation.alignment}"
         found.insert(3, ("Error to reference", number(error["ate_rmse_2d_m"], "m"), note))
     return '<div class="cards">' + "".join(card(*row) for row in found) + "</div>"
 
@@ -88,13 +88,18 @@ def plan_sd(trajectory: Trajectory) -> str:
     return number(math.sqrt(max(0.0, (xx + yy) / 2 + math.hypot((xx - yy) / 2, xy))), "m") if xx + yy >= 0 else DASH
 
 
+def spent(seconds: float) -> str:
+    """A processing time."""
+    return number(seconds, "s") if not seconds < 0.1 else number(1000 * seconds, "ms", 0)
+
+
 def pace(trajectory: Trajectory) -> str:
     """Speed of the processing."""
-    spent = trajectory.processing_s
-    if not (math.isfinite(spent) and spent > 0):
+    taken = trajectory.processing_s
+    if not (math.isfinite(taken) and taken > 0):
         return ""
-    times = float(trajectory.time[-1] - trajectory.time[0]) / spent
-    return f"{number(round(len(trajectory) / spent, -3), '', 0)} samples/s, {number(times, '×', 0)} real time"
+    times = float(trajectory.time[-1] - trajectory.time[0]) / taken
+    return f"{number(round(len(trajectory) / taken, -3), '', 0)} samples/s, {number(times, '×', 0)} real time"
 
 
 def about(trajectories: Sequence[Trajectory]) -> str:
@@ -110,11 +115,15 @@ def about(trajectories: Sequence[Trajectory]) -> str:
 
 
 def warnings(drawn: Sequence[Subject]) -> str:
-    """All warnings, each once."""
-    found = dict.fromkeys(w for s in drawn for w in s.trajectory.warnings)
+    """All warnings, each once, with the methods it is about where it is not about all."""
+    found: dict[str, list[str]] = {}
+    for s in drawn:
+        for w in dict.fromkeys(s.trajectory.warnings):
+            found.setdefault(w, []).append(s.name)
     if not found:
         return ""
-    items = "".join(f"<li>{escape(w)}</li>" for w in found)
+    whose = {w: "" if len(names) == len(drawn) else ", ".join(names) + ": " for w, names in found.items()}
+    items = "".join(f"<li>{escape(whose[w] + w)}</li>" for w in found)
     return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
@@ -136,7 +145,7 @@ def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | N
             plan_sd(t),
             _percent(100 * m["stance_fraction"]),
             number(len(t.stance_intervals()), "", 0),
-            number(m["processing_s"], "s"),
+            spent(m["processing_s"]),
         ]
         rows.append([_swatch(s), *map(escape, cells)])
     return f"<section><h2>Methods side by side</h2>{table(head, rows)}</section>"
