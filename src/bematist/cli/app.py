@@ -63,6 +63,10 @@ class Guarded(TyperGroup):
             raise
         except Exception as error:
             _unexpected(error)
+        except BaseException as error:
+            if type(error).__name__ == "PanicException":  # of a library in Rust, such as polars
+                _unexpected(error)
+            raise
 
 
 def _os_error(error: OSError) -> NoReturn:
@@ -75,7 +79,7 @@ def _os_error(error: OSError) -> NoReturn:
     raise typer.Exit(1) from None
 
 
-def _unexpected(error: Exception) -> NoReturn:
+def _unexpected(error: BaseException) -> NoReturn:
     if os.environ.get("BEMATIST_DEBUG"):
         raise error
     text = " ".join(str(error).split())[:300]

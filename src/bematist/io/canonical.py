@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bematist.errors import DataError, UsageError
 from bematist.io.head import Head
+from bematist.io.parquet import columns_of, read_parquet
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.table import read_columns, split_header
 from bematist.recording import Recording
@@ -74,17 +75,17 @@ def from_columns(path: Path, columns: dict[str, NDArray[np.float64]]) -> Raw:
 def _parquet(path: Path) -> dict[str, NDArray[np.float64]]:
     import polars as pl
 
+    names = {name.lower(): name for name in columns_of(path)}
+    wanted = _wanted(path, list(names))
+    frame = read_parquet(path, [names[name] for name in wanted])
+    frame.columns = wanted
+    if frame["time"].dtype.is_temporal():
+        frame = frame.with_columns(pl.col("time").dt.epoch("ns") * 1e-9)
     try:
-        names = list(pl.read_parquet_schema(path))
-        wanted = _wanted(path, names)
-        frame = pl.read_parquet(path, columns=wanted)
-        if frame["time"].dtype.is_temporal():
-            frame = frame.with_columns(pl.col("time").dt.epoch("ns") * 1e-9)
         frame = frame.with_columns(pl.all().cast(pl.Float64).fill_null(float("nan")))
-    except (pl.exceptions.PolarsError, OSError) as error:
-        raise DataError(
-            f"{path}: this Parquet file cannot be read ({str(error).splitlines()[0][:120]}). It may be cut short: write it anew."
-        ) from None
+    except pl.exceptions.PolarsError:
+        text = next(c.name for c in frame if not c.dtype.is_numeric())
+        raise DataError(f'{path}: the column "{text}" does not hold numbers. Write the table anew with numbers.') from None
     if not len(frame):
         raise DataError(f"{path}: the table has no row. Export the recording again.")
     return {name: frame[name].to_numpy() for name in wanted}

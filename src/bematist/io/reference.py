@@ -86,13 +86,14 @@ def _table(head: Head, start_ns: int | None) -> Reference:
 def _columns(head: Head) -> dict[str, np.ndarray]:
     import polars as pl
 
+    from bematist.io.parquet import columns_of, read_parquet
     from bematist.io.table import read_columns, split_header
 
     optional = ("up", "qw", "qx", "qy", "qz")
     try:
         parquet = head.raw[:4] == b"PAR1"
         line, text = head.header()
-        names, separator = (list(pl.read_parquet_schema(head.path)), "") if parquet else split_header(text)
+        names, separator = (columns_of(head.path), "") if parquet else split_header(text)
         if missing := [n for n in ("time", "east", "north") if n not in names]:
             raise DataError(
                 f"{head.path}: the reference lacks the column {', '.join(missing)}. A reference is a CSV with "
@@ -102,7 +103,7 @@ def _columns(head: Head) -> dict[str, np.ndarray]:
         wanted = ["time", "east", "north", *(n for n in optional if n in names and (n == "up" or quaternion))]
         if not parquet:
             return read_columns(head, line, names, wanted, separator=separator)
-        frame = pl.read_parquet(head.path, columns=wanted).with_columns(pl.all().cast(pl.Float64).fill_null(np.nan))
+        frame = read_parquet(head.path, wanted).with_columns(pl.all().cast(pl.Float64).fill_null(np.nan))
         return {n: frame[n].to_numpy() for n in wanted}
     except (pl.exceptions.PolarsError, OSError) as error:
         raise DataError(f"{head.path}: cannot be read ({str(error).splitlines()[0][:120]}). Write it anew.") from None

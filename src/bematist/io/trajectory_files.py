@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bematist.errors import DataError
+from bematist.io.parquet import read_parquet
 from bematist.outputs import whole_file
 from bematist.trajectory import COLUMNS, Trajectory
 
@@ -115,7 +116,7 @@ def _table(path: Path) -> pl.DataFrame:
             parquet = file.read(4) == b"PAR1"
         # glob=False: a name with brackets is a name.
         if parquet:
-            return pl.read_parquet(path, glob=False)
+            return read_parquet(path)
         # Types are given: the first hundred rows of a rest look like integers.
         return pl.read_csv(path, comment_prefix="#", glob=False, schema_overrides=dict.fromkeys(COLUMNS, pl.Float64))
     except OSError as error:
