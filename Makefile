@@ -32,7 +32,7 @@ $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
-	$(BIN)/python -m bematist.kernels
+	$(BIN)/python -m bematist.warmup
 	touch $(STAMP)
 
 # Write requirements.lock anew from pyproject.toml (needs uv)

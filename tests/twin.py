@@ -113,12 +113,13 @@ class Filter:
         return abs(dip) <= self.magnetic["inclination_tolerance"]
 
     def step(self, f, w, dt, sd, m=None):
+        raw = f
         middle, f = self.predict(f, w, dt)
         use = self.magnetic["use"] if self.magnetic else "off"
         usable = m is not None and use != "off" and sd > 0 and self.gate(m, middle)
         reset = usable and use == "reset"
         if reset:
-            self.C = triad(f, m, np.array([0, 0, 1.0]), self.magnetic["field"])
+            self.C = triad(raw, m, np.array([0, 0, 1.0]), self.magnetic["field"])
             middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T
             self.forget_attitude(self.magnetic["tilt_sd"], self.magnetic["direction_sd"])
         self.integrate(middle, f, dt)

@@ -34,11 +34,13 @@ METHODS: dict[str, Method] = {
     for m in (
         Method(
             "foot",
-            "The default for a shoe: zero velocity believed by how quiet the stance is, walking and running alike.",
+            "The default for a shoe: zero velocity believed by how quiet the stance is, walking and running alike, and heading from the "
+            "magnetic field where it is undisturbed.",
             "bematist",
-            "MAGINAV 1-3, 7, 14-24; noise following the stance statistic",
+            "MAGINAV 1-7, 14-24; noise following the stance statistic; heading as a measurement",
             _foot(
                 stance={"rule": "relative", "window_s": 0.05},
+                magnetic={"use": "heading"},
                 noise={"angle_random_walk": math.radians(0.2), "velocity_random_walk": 0.1},
             ),
         ),

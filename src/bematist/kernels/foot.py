@@ -227,7 +227,8 @@ def triad(f0, f1, f2, m0, m1, m2, e, n):
     """Quaternion of C_nb from up (specific force) and the field, whose horizontal direction in n is (e, n)/|.|.
 
     MAGINAV eqs 10, 11 and Appendix A. Erratum of eq 11: C(0) TRIAD(f0, m0, fk, mk)ᵀ; since C(0) f0 is up and C(0) m0 the field at
-    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors.
+    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors. The accelerometer's offset is in f0 and
+    therefore stays in fk.
     """
     s = 1 / math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
     u0, u1, u2 = f0 * s, f1 * s, f2 * s
@@ -347,7 +348,7 @@ def predict(S, prm, dt, standing, diag, k):
     reset = gate == PASSED and standing and prm[MAGNETIC_USE] == MAGNETIC_RESET
     if reset:
         # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
-        c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
+        c = triad(S[ROW + 1], S[ROW + 2], S[ROW + 3], S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
         w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
         S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
         w, x, y, z = multiply(w, x, y, z, rw, -rx, -ry, -rz)

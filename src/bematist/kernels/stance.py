@@ -1,6 +1,6 @@
 """Stance detection: centred windows by running sums, then the threshold rule, over the samples of one call.
 
-What the next call needs lies in two flat arrays: `index` (int64, sizes and counters) and `memory` (float64). Within a call, samples are read
+What the next call needs lies in two flat arrays: `index` (int64, sizes and counters) and `memory` (float64). In a call, samples are read
 where the caller has them; only the last few are kept. `statistics` fills T, whose first entries are those kept from the call before,
 and `verdict` judges a sample once everything that its window and look-ahead need is there.
 
