@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bematist.errors import DataError
 from bematist.io.head import Head
+from bematist.io.mat import load
 from bematist.io.raw import Raw, Stream
 from bematist.recording import Reference
 
-
-def load(path: Path, *names: str) -> dict[str, Any]:
-    """Variables of a MATLAB file (level 5; not HDF5)."""
-    from scipy.io import loadmat
-
-    try:
-        return loadmat(path, variable_names=names or None)
-    except NotImplementedError:
-        raise DataError(f"{path}: MATLAB's v7.3 files are not read. Save it with -v7.") from None
-    except Exception as error:
-        raise DataError(f"{path}: this MATLAB file cannot be read ({str(error)[:100]}). Save it anew with -v7.") from None
+FARTHEST_M = 1e6
+"""A reference position beyond it is a damaged number."""
 
 
 def sniff(head: Head) -> bool:
@@ -61,4 +52,5 @@ def reference_of(mat: dict[str, Any]) -> Reference | None:
     gt, ts = np.asarray(mat["gt"], float), np.asarray(mat["ts"], float).ravel()
     if gt.shape != (len(ts), 3):
         return None
+    gt = np.where(np.abs(gt) < FARTHEST_M, gt, np.nan)
     return Reference(time=ts, position=gt, mirrored=True, note="Vicon position (PyShoe), left-handed room frame")

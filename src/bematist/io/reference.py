@@ -13,7 +13,7 @@ from bematist.recording import Reference
 
 def read_gsu(path: Path) -> Reference | None:
     """Surveyed footfalls of one shoe (GSU): positions (K,2) m in the corridor's frame, no times. None where it holds none."""
-    from bematist.io.pyshoe import load
+    from bematist.io.mat import load
 
     mat = load(path)
     if "GCP_meters" not in mat:
@@ -54,7 +54,8 @@ def read_reference(path: str | Path, *, start_ns: int | None = None) -> Referenc
 
 
 def _mat(path: Path) -> Reference:
-    from bematist.io.pyshoe import load, reference_of
+    from bematist.io.mat import load
+    from bematist.io.pyshoe import reference_of
 
     found = read_gsu(path) or reference_of(load(path))
     if found is None:
