@@ -252,6 +252,14 @@ def test_a_reference_of_another_time_is_shown_as_it_stands(tmp_path: Path) -> No
     assert "not aligned" in text and any(x.get("name") == "reference" for x in data["plan"])
 
 
+def test_the_reference_height_begins_with_the_path() -> None:
+    t = walk()
+    truth = Reference(time=t.time[500:], position=t.position[500:] + np.array([0, 0, 7.0]))
+    found = next(p for p in panels(subjects([t]), truth) if p.key == "height")
+    ref = next(x for x in found.traces if x.get("name") == "reference")
+    assert decode(ref["y"])[0] == pytest.approx(t.position[500, 2], abs=1e-6) and "first instant" in found.note
+
+
 def test_text_cannot_break_out(tmp_path: Path) -> None:
     t = walk(method=HOSTILE, source=f"/a/{HOSTILE}", warnings=(HOSTILE,), parameters={HOSTILE: {"a": HOSTILE}})
     write_report([t, t], tmp_path / "r.html")

@@ -39,7 +39,7 @@ def statistic(drawn: Sequence[Subject]) -> Panel:
         if threshold is not None:
             name = "threshold" if s.alone else f"{s.name}, threshold"
             color = "@1" if s.alone else s.color
-            traces.append(line(s.trajectory.time, threshold, s.budget.slow, color, name, dash="dash", hovertemplate="%{y:.3g}"))
+            traces.append(line(s.trajectory.time, threshold, s.budget.slow, color, name, dash="dash", width=2, hovertemplate="%{y:.3g}"))
     note = "The foot is taken to stand where the statistic is below the threshold."
     return Panel("stance", "Stance", "statistic", traces, note, log=True)
 

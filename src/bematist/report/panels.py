@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bematist.recording import Reference
 from bematist.report.explanations import bias, field_norm, inclination, innovation, nis, statistic
 from bematist.report.subject import AXES, Panel, Subject
-from bematist.report.traces import Budget, Trace, band, line
+from bematist.report.traces import Trace, band, line
 
 Array = NDArray[np.float64]
 
@@ -33,18 +33,22 @@ def height(drawn: Sequence[Subject], reference: Reference | None = None) -> Pane
             traces += band(t, up - 1.96 * sd, up + 1.96 * sd, s.budget.slow, "@0/0.18", "95 %")
         if np.isfinite(up).any():
             traces.append(line(t, up, s.budget.fast, s.color, s.name or "height", hovertemplate="%{y:.3f} m"))
-    traces += _reference_height(reference, drawn[0].budget) if traces else []
-    return Panel("height", "Height", "height (m)", traces, "Above the start, upwards positive.")
+    known = _reference_height(reference, drawn[0]) if traces else []
+    note = "Above the start." + (" The reference begins at the height that the path has at its first instant." if known else "")
+    return Panel("height", "Height", "height (m)", traces + known, note)
 
 
-def _reference_height(reference: Reference | None, budget: Budget) -> list[Trace]:
+def _reference_height(reference: Reference | None, s: Subject) -> list[Trace]:
     if reference is None:
         return []
     good = np.isfinite(reference.time) & np.isfinite(reference.position[:, 2])
     if not good.any():
         return []
     t, up = reference.time[good], reference.position[good, 2]
-    return [line(t, up, budget.slow, "@ink", "reference", dash="dot", hovertemplate="%{y:.3f} m")]
+    # An alignment fits the mean height; here drift shall be seen, so both begin together.
+    start = float(np.interp(t[0], s.trajectory.time, s.trajectory.position[:, 2]))
+    up = up - up[0] + (start if np.isfinite(start) else 0.0)
+    return [line(t, up, s.budget.slow, "@ink", "reference", dash="dot", hovertemplate="%{y:.3f} m")]
 
 
 def speed(drawn: Sequence[Subject]) -> Panel:

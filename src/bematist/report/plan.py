@@ -24,6 +24,9 @@ RADIUS_95 = 2.4477
 
 SHOWN_STANCES = 1500
 
+RINGS = 250
+"""Up to this many stances are drawn as rings; more would be a tube around the path and are drawn as smaller dots."""
+
 SWING_POINTS = 6
 """Points of a swing, its ends included, that stay in the drawn path."""
 
@@ -94,6 +97,8 @@ def _stances(s: Subject, p: Array) -> list[Trace]:
     hover = "stance, %{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m"
     ring = {**common, "name": "stance", "line": {"color": s.color, "width": 6, "simplify": False}, "hovertemplate": hover}
     hole = {**common, "line": {"color": "@surface", "width": 3, "simplify": False}, "hoverinfo": "skip", "showlegend": False}
+    if len(middle) > RINGS:
+        return [{**ring, "line": {**ring["line"], "width": 3.5}}]
     return [{**ring, "legendgroup": "stance"}, {**hole, "legendgroup": "stance"}]
 
 

@@ -90,7 +90,7 @@ def _panels(recording: Recording, analysis: StanceAnalysis, statistic: Array) ->
             over_stance(
                 line(t, statistic, budget.fast, "@0", "statistic", hovertemplate="%{y:.3g}"),
                 {
-                    **line(t, analysis.threshold, budget.fast, "@1", "threshold", dash="dash", hovertemplate="%{y:.3g}"),
+                    **line(t, analysis.threshold, budget.fast, "@1", "threshold", dash="dash", width=2, hovertemplate="%{y:.3g}"),
                     "meta": "threshold",
                 },
             ),

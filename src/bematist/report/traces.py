@@ -60,7 +60,7 @@ def line(time: ArrayLike, y: ArrayLike, n: int, color: str, name: str = "", **mo
         "y": encode(y[k]),
         "name": text(name),
         "showlegend": bool(name),
-        "line": {"color": color, "width": 1.3, "dash": more.pop("dash", "solid"), "shape": more.pop("shape", "linear")},
+        "line": {"color": color, "width": more.pop("width", 1.3), "dash": more.pop("dash", "solid")},
         "connectgaps": False,
         **more,
     }

@@ -125,7 +125,7 @@
     };
     const layout = bematist.layout({
       dragmode: false, hovermode: "x", showlegend: false, shapes: [marker()], 
-      xaxis: bematist.axis("statistic", { type: "log", tickformat: "~g", fixedrange: true, range: [live.low, live.high] }),
+      xaxis: bematist.axis("statistic", { type: "log", tickformat: "~g", ...(live.high - live.low > 2 ? { dtick: 1 } : {}), fixedrange: true, range: [live.low, live.high] }),
       yaxis: bematist.axis("samples (%)", { fixedrange: true, rangemode: "tozero" }),
     });
     return Plotly.react(histogram, [trace], layout, bematist.config({ displayModeBar: false }));
