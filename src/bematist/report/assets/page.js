@@ -168,7 +168,7 @@ const bematist = (() => {
     const parts = paths.map((t) => ({
       type: "scatter", mode: "lines", x: [], y: [], hoverinfo: "skip", showlegend: false, line: { color: t.line.color, width: 3 },
     }));
-    plan = { div, all: [...all, ...parts], paths, part: all.length, whole: all.map((t, k) => (t.meta === "path" ? k : -1)).filter((k) => k >= 0) };
+    plan = { div, all: [...all, ...parts], paths, part: all.length, whole: all.map((t, k) => (t.meta ? k : -1)).filter((k) => k >= 0) };
     await Plotly.newPlot(div, themed(plan.all), planLayout(), config({ scrollZoom: !coarse }));
     plan.cursors = paths.map(() => overlay(div, "place"));
     div.on("plotly_hover", (e) => { const t = e.points[0].customdata; if (t !== undefined) point(t); });
