@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from scipy.io import savemat
 
 from bad_walk import Columns, G, csv, walk
 from bematist.cli import main
@@ -128,11 +129,11 @@ def swap(t: np.ndarray) -> np.ndarray:
     return t
 
 
-def parquet(cut: float = 1.0) -> Callable[[Path], None]:
+def parquet(cut: float = 1.0, hole: int = 0) -> Callable[[Path], None]:
     def make(path: Path) -> None:
         pl.DataFrame(walk()).write_parquet(path)
         content = path.read_bytes()
-        path.write_bytes(content[: round(cut * len(content))])
+        path.write_bytes(content[:100] + content[100 + hole : round(cut * len(content))])
 
     return make
 
@@ -175,6 +176,7 @@ CASES = [
     Case("a letter", data(b"Dear Sir,\nplease find the recording attached.\n"), "format", 1),
     Case("JSON", data(json.dumps({"fx": [1.0, 2.0]}).encode()), "", 1),
     Case("Parquet cut short", parquet(0.5), "cut short", 1),
+    Case("Parquet with a hole", parquet(hole=2000), "damaged", 1),
     Case("Parquet with the wrong suffix", parquet(), distance_m=WALK),
     Case("CSV with the wrong suffix", text(lambda s: s), distance_m=WALK, file="walk.parquet"),
     Case("CSV without suffix", text(lambda s: s), distance_m=WALK, file="walk"),
@@ -316,6 +318,47 @@ def check_results(folder: Path, case: Case, said: str) -> None:
         assert any(case.says.lower() in warning.lower() for warning in summary["warnings"])
     least, most = case.distance_m
     assert least <= summary["distance_m"] <= most
+
+
+def damaged(content: bytes, rng: np.random.Generator) -> bytes:
+    """A copy with a part cut off, lost, zeroed, repeated, or with wrong bytes."""
+    at, length = int(rng.integers(len(content))), int(rng.integers(1, 3000))
+    match rng.integers(5):
+        case 0:
+            return content[:at]
+        case 1:
+            return content[:at] + content[at + length :]
+        case 2:
+            return content[:at] + bytes(length) + content[at + length :]
+        case 3:
+            return content[:at] + content[max(0, at - length) :]
+    wrong = bytearray(content)
+    for k in rng.integers(len(content), size=rng.choice([1, 30])):
+        wrong[k] = rng.integers(256)
+    return bytes(wrong)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "mat"])
+def test_damage_at_random(suffix: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Whatever happens to a file on its way, the answer is a trajectory or a paragraph (libraries in C and Rust included)."""
+    columns, path, out = walk(), tmp_path / f"walk.{suffix}", tmp_path / "out"
+    if suffix == "csv":
+        path.write_text(csv(columns))
+    elif suffix == "parquet":
+        pl.DataFrame(columns).write_parquet(path)
+    else:
+        imu = np.column_stack([columns[name] for name in (*FORCE, *RATE)])
+        savemat(path, {"imu": imu, "ts": columns["time"], "gt": imu[:, :3]})
+    whole, rng = path.read_bytes(), np.random.default_rng(11)
+    ends = []
+    for _ in range(40):
+        path.write_bytes(damaged(whole, rng))
+        ends.append(main(["track", str(path), "-o", str(out), "--no-report", "-q"]))
+        said = capfd.readouterr().err
+        assert "unexpected" not in said
+        assert len(said.splitlines()) == (ends[-1] != 0)
+        assert {p.name for p in tmp_path.iterdir()} <= {path.name, "out"}
+    assert set(ends) == {0, 1}
 
 
 def test_there_are_enough_cases() -> None:
