@@ -258,6 +258,7 @@ CASES = [
     Case("time all NaN", table(stamps(lambda t: t * np.nan)), "time", 1),
     Case("a few stamps missing", table(stamps(set_value(300, np.nan))), "left out"),
     Case("one wild stamp", table(stamps(set_value(300, 1e9))), "far from its neighbours"),
+    Case("a huge stamp", table(stamps(set_value(300, 1e300))), "left out"),
     Case("an infinite stamp", table(stamps(set_value(300, np.inf))), "left out"),
     Case("two rows exchanged", table(stamps(swap)), ""),
     Case("every row twice", table(repeated), "repeat", distance_m=WALK),

@@ -24,6 +24,8 @@ REGULAR = 0.02
 """Stamps whose steps are whole multiples of the period within this part of it need no repair."""
 DECISIVE = 4.0
 """Standard errors from which the signal decides between the hypotheses."""
+FARTHEST_S = 1e12
+"""A stamp beyond it (30,000 years) is a damaged number."""
 CLOCK_SET_S = 86400.0
 """A leap by more than this is a clock that was set, not a pause."""
 
@@ -73,7 +75,7 @@ def repair(
     """
     if mode not in ("auto", "uniform", "stamps"):
         raise UsageError(f'Clock "{mode}": choose "auto", "uniform" or "stamps".')
-    rows = np.flatnonzero(np.isfinite(stamps))
+    rows = np.flatnonzero(np.abs(stamps) < FARTHEST_S)
     t = np.asarray(stamps, float)[rows]
     warnings: list[str] = []
     if len(rows) < len(stamps):

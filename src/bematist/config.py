@@ -146,15 +146,22 @@ def changed(parameters: Model, changes: Mapping[str, Any]) -> Model:
     UsageError
         A name is unknown (the message gives the nearest), or a value is refused (the message says why).
     """
-    return parameters.override(_without_none(type(parameters), changes))
+    return parameters.override(_prepared(type(parameters), changes))
 
 
-def _without_none(model: type[BaseModel], changes: Mapping[str, Any]) -> Table:
+def _prepared(model: type[BaseModel], changes: Mapping[str, Any], prefix: str = "") -> Table:
+    """The changes with None for "none", and what pydantic would tell in its own words, or let pass, refused."""
     result: Table = {}
     for key, value in changes.items():
         annotation = model.model_fields[key].annotation if key in model.model_fields else None
-        if isinstance(value, Mapping) and isinstance(annotation, type) and hasattr(annotation, "model_fields"):
-            result[key] = _without_none(annotation, value)
+        inner = annotation if isinstance(annotation, type) and hasattr(annotation, "model_fields") else None
+        if inner is not None and not isinstance(value, Mapping):
+            names = ", ".join(f"{prefix}{key}.{name}" for name in inner.model_fields)
+            raise UsageError(f"{prefix}{key} is a group of parameters. Set one of: {names}.")
+        if isinstance(value, bool) and annotation not in (bool, None) and bool not in get_args(annotation):
+            raise UsageError(f"Parameter {prefix}{key} = {str(value).lower()}: it is not of the kind true or false.")
+        if inner is not None and isinstance(value, Mapping):
+            result[key] = _prepared(inner, value, f"{prefix}{key}.")
         else:
             result[key] = None if value == NONE and type(None) in get_args(annotation) else value
     return result
