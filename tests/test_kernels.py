@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import twin
 from bematist import frames
 from bematist.foot import FootIns, FootParameters
-from bematist.kernels import foot as kernel
+from bematist.kernels import layout as kernel
 from bematist.kernels import rotation
 from bematist.stance import DETECTORS, StanceParameters, detect
 from walks import shaken

@@ -117,7 +117,7 @@ class Filter:
         middle, f = self.predict(f, w, dt)
         use = self.magnetic["use"] if self.magnetic else "off"
         usable = m is not None and use != "off" and sd > 0 and self.gate(m, middle)
-        reset = usable and use == "reset"
+        reset = usable and use == "reset" and abs(np.linalg.norm(f) - self.g) <= self.magnetic["force_tolerance"]
         if reset:
             self.C = triad(raw, m, np.array([0, 0, 1.0]), self.magnetic["field"])
             middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T

@@ -15,7 +15,8 @@ from bematist import stance
 from bematist.align import Alignment, InitialParameters, initial_alignment
 from bematist.earth import STANDARD_GRAVITY
 from bematist.errors import DataError, UsageError
-from bematist.kernels import foot as kernel
+from bematist.kernels import foot as filter_kernel
+from bematist.kernels import layout as kernel
 from bematist.parameters import Parameters
 from bematist.recording import Recording
 from bematist.stance import StanceParameters
@@ -140,7 +141,7 @@ class FootIns:
         if self._state is None:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
-        n = kernel.run(index, memory, S, prm, row, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
+        n = filter_kernel.run(index, memory, S, prm, row, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
         if n < 0:
             n = self._run(row, False, self._row, self._row_diagnostics)
         return self._row[0] if n else None
@@ -198,7 +199,7 @@ class FootIns:
         assert self._state is not None
         index, memory, S, prm = self._state
         rows, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
-        return kernel.run(index, memory, S, prm, rows, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
+        return filter_kernel.run(index, memory, S, prm, rows, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
 
     def _increasing(self, rows: Array) -> Array:
         t = np.concatenate([[self._last_time], rows[:, 0]])
@@ -266,6 +267,7 @@ class FootIns:
         m = self.parameters.magnetic
         prm[kernel.NORM_TOLERANCE], prm[kernel.INCLINATION_TOLERANCE] = m.norm_tolerance, m.inclination_tolerance
         prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
+        prm[kernel.FORCE_TOLERANCE] = m.force_tolerance
         prm[kernel.HEADING_SD], prm[kernel.HEADING_GATE] = m.heading_sd, m.heading_gate
         prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
         prm[kernel.FIELD_E] = 1.0

@@ -40,6 +40,12 @@ class MagneticParameters(Parameters):
         gt=0,
         description="Gate: largest difference, rad, of the inclination to the one at the start; a field that was turned keeps its norm.",
     )
+    force_tolerance: float = Field(
+        default=0.2,
+        gt=0,
+        description="reset: largest difference of the norm of the specific force to gravity, m/s². TRIAD takes it for up, and at the "
+        "edges of a stance the foot already accelerates.",
+    )
     tilt_sd: float = Field(
         default=math.radians(1.0),
         gt=0,

@@ -1,271 +1,65 @@
-"""The foot-mounted filter: strapdown, error-state covariance and measurement updates, one sample at a time.
+"""The foot-mounted filter, one sample at a time: strapdown, then what stance and field say.
 
-Error state, in this order (MAGINAV eq 18): attitude psi (rotation vector in n, C_est = exp([psi x]) C_true), velocity and position as
-estimate − truth; accelerometer and gyroscope offset as what is still to be subtracted from the measurement. Closed loop: after every
-update the error is fed back and is zero again. ENU, so gravity is (0, 0, -g) (MAGINAV eq 15 is NED).
-
-Everything lives in one flat workspace `S` with constant offsets; the covariance is 15 rows of 16 (the last column is padding, zero).
+ENU, so gravity is (0, 0, -g) (MAGINAV eq 15 is NED). Everything lives in one flat workspace `S`, see `layout`.
 """
 
 import math
 
 from bematist.kernels import stance
+from bematist.kernels.error_state import feed_back, forget_attitude, propagate_covariance, write_block, zero_velocity
 from bematist.kernels.jit import inlined, kernel
-from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
-
-# workspace S
-P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
-TIME, STARTED, RATE, ROW = 464, 465, 466, 472
-WORKSPACE_SIZE = 488
-
-# parameters prm
-(
-    G,
-    PSD_ATTITUDE,
-    PSD_VELOCITY,
-    PSD_ACCEL_BIAS,
-    PSD_GYRO_BIAS,
-    WEIGHT_A,
-    WEIGHT_G,
-    THRESHOLD,
-    ZERO_VELOCITY_SD,
-    FLOOR,
-    RATIO,
-    GAP_S,
-    GAP_RATE,
-    GAP_SPEED,
-    GAP_BALLISTIC_S,
-    MAGNETIC_USE,
-    FIELD_NORM,
-    NORM_TOLERANCE,
-    FIELD_INCLINATION,
-    INCLINATION_TOLERANCE,
+from bematist.kernels.layout import (
+    ACCEL_BIAS,
+    ACCEL_BIAS_SD,
+    BA,
+    BG,
+    BRIDGED,
+    BRIDGED_OVER,
+    DIAG,
     FIELD_E,
     FIELD_N,
-    FIELD_U,
-    TILT_SD,
-    DIRECTION_SD,
-    HEADING_SD,
-    HEADING_GATE,
-) = range(27)
-PARAMETERS = 27
-
-MAGNETIC_OFF, MAGNETIC_RESET, MAGNETIC_HEADING = 0.0, 1.0, 2.0
-
-# columns of the result: t p v q, then packed covariances of position, velocity, attitude
-NAV = 29
-# columns of the diagnostics
-(
-    STATISTIC,
-    LIMIT,
-    ZV_SD,
-    INNOVATION,
-    _,
-    _,
-    NIS,
-    NORM,
-    INCLINATION,
+    FLOOR,
+    FORCE_REFUSED,
+    FORCE_TOLERANCE,
+    GAP_BALLISTIC_S,
+    GAP_RATE,
+    GAP_S,
+    GAP_SPEED,
     GATE,
-    STATE,
-    BRIDGED,
     GYRO_BIAS,
-    _,
-    _,
     GYRO_BIAS_SD,
-    _,
-    _,
-    ACCEL_BIAS,
-    _,
-    _,
-    ACCEL_BIAS_SD,
-    _,
-    _,
-) = range(24)
-DIAG = 24
-
-# verdicts of the magnetic gates
-NO_SAMPLE, NORM_REFUSED, INCLINATION_REFUSED, INNOVATION_REFUSED, USED, PASSED = range(6)
-
-# what a result owes to a gap, after the flags of a row
-BRIDGED_OVER = 3.0
-
-
-@inlined
-def propagate_covariance(S, D0, D1, D2, D3, D4, D5, D6, D7, D8, F0, F1, F2, dt, qa, qv, qf, qg):
-    """P ← Φ P Φᵀ + Q, MAGINAV eqs 19, 20, 23, with D = C_nb dt and F = f_n dt.
-
-    Φ = I + {psi←b_g: D, v←psi: -[F x], v←b_a: D, p←v: dt I}. Erratum of eq 23: Q = PSD·dt, in (rad/s)²/Hz and so on. Only the upper
-    triangle of Φ P Φᵀ is computed and then mirrored, so that P stays symmetric to the last bit.
-    """
-    for c in range(16):
-        a0, a1, a2 = S[c], S[16 + c], S[32 + c]
-        v0, v1, v2 = S[48 + c], S[64 + c], S[80 + c]
-        b0, b1, b2 = S[144 + c], S[160 + c], S[176 + c]
-        g0, g1, g2 = S[192 + c], S[208 + c], S[224 + c]
-        S[M + c] = a0 + D0 * g0 + D1 * g1 + D2 * g2
-        S[M + 16 + c] = a1 + D3 * g0 + D4 * g1 + D5 * g2
-        S[M + 32 + c] = a2 + D6 * g0 + D7 * g1 + D8 * g2
-        S[M + 48 + c] = v0 + F2 * a1 - F1 * a2 + D0 * b0 + D1 * b1 + D2 * b2
-        S[M + 64 + c] = v1 - F2 * a0 + F0 * a2 + D3 * b0 + D4 * b1 + D5 * b2
-        S[M + 80 + c] = v2 + F1 * a0 - F0 * a1 + D6 * b0 + D7 * b1 + D8 * b2
-        S[M + 96 + c] = S[96 + c] + dt * v0
-        S[M + 112 + c] = S[112 + c] + dt * v1
-        S[M + 128 + c] = S[128 + c] + dt * v2
-    for r in range(9):
-        m = M + 16 * r
-        o = 16 * r
-        a0, a1, a2 = S[m], S[m + 1], S[m + 2]
-        v0, v1, v2 = S[m + 3], S[m + 4], S[m + 5]
-        b0, b1, b2 = S[m + 9], S[m + 10], S[m + 11]
-        g0, g1, g2 = S[m + 12], S[m + 13], S[m + 14]
-        if r < 3:
-            S[o] = a0 + D0 * g0 + D1 * g1 + D2 * g2
-            S[o + 1] = a1 + D3 * g0 + D4 * g1 + D5 * g2
-            S[o + 2] = a2 + D6 * g0 + D7 * g1 + D8 * g2
-        if r < 6:
-            S[o + 3] = v0 + F2 * a1 - F1 * a2 + D0 * b0 + D1 * b1 + D2 * b2
-            S[o + 4] = v1 - F2 * a0 + F0 * a2 + D3 * b0 + D4 * b1 + D5 * b2
-            S[o + 5] = v2 + F1 * a0 - F0 * a1 + D6 * b0 + D7 * b1 + D8 * b2
-        S[o + 6], S[o + 7], S[o + 8] = S[m + 6] + dt * v0, S[m + 7] + dt * v1, S[m + 8] + dt * v2
-        S[o + 9], S[o + 10], S[o + 11], S[o + 12], S[o + 13], S[o + 14] = b0, b1, b2, g0, g1, g2
-    for r in range(9):
-        for c in range(r + 1, 15):
-            S[16 * c + r] = S[16 * r + c]
-    for i in range(3):
-        S[17 * i] += qa
-        S[17 * (3 + i)] += qv
-        S[17 * (9 + i)] += qf
-        S[17 * (12 + i)] += qg
-
-
-@inlined
-def feed_back(S, attitude):
-    """Take the estimated error E out of the state (MAGINAV eq 12 state 2, with δC = exp(-[psi x]), erratum of eq 25)."""
-    if attitude:
-        rw, rx, ry, rz = exp_quaternion(-S[E], -S[E + 1], -S[E + 2])
-        w, x, y, z = multiply(rw, rx, ry, rz, S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
-        S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
-    for i in range(6):
-        S[V + i] -= S[E + 3 + i]
-    for i in range(6):
-        S[BA + i] += S[E + 9 + i]
-
-
-@inlined
-def zero_velocity(S, variance):
-    """Estimate the error E from z = v - 0 (MAGINAV eqs 21, 22, 24; erratum: H is 3x15) and update P. Returns the NIS.
-
-    With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by construction, and E = W L⁻¹ z.
-    """
-    l00 = math.sqrt(S[51] + variance)
-    i0 = 1 / l00
-    l10 = S[67] * i0
-    l20 = S[83] * i0
-    i1 = 1 / math.sqrt(S[68] + variance - l10 * l10)
-    l21 = (S[84] - l20 * l10) * i1
-    i2 = 1 / math.sqrt(S[85] + variance - l20 * l20 - l21 * l21)
-    y0 = S[V] * i0
-    y1 = (S[V + 1] - l10 * y0) * i1
-    y2 = (S[V + 2] - l20 * y0 - l21 * y1) * i2
-    for c in range(16):
-        a = S[48 + c] * i0
-        b = (S[64 + c] - l10 * a) * i1
-        g = (S[80 + c] - l20 * a - l21 * b) * i2
-        S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
-        S[E + c] = a * y0 + b * y1 + g * y2
-    for r in range(15):
-        a, b, g = S[W + r], S[W + 16 + r], S[W + 32 + r]
-        for c in range(16):
-            S[16 * r + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
-    return y0 * y0 + y1 * y1 + y2 * y2
-
-
-@inlined
-def attitude_measurement(S, h0, h1, h2, nu, variance, gate):
-    """One scalar measurement nu = h·psi + noise: update P and estimate E unless nu²/S exceeds `gate`. True when used."""
-    s = variance
-    for c in range(16):
-        S[W + c] = h0 * S[c] + h1 * S[16 + c] + h2 * S[32 + c]
-    s += h0 * S[W] + h1 * S[W + 1] + h2 * S[W + 2]
-    if nu * nu > gate * s:
-        return False
-    i = 1 / math.sqrt(s)
-    for c in range(16):
-        S[W + c] *= i
-        S[E + c] = S[W + c] * (nu * i)
-    for r in range(15):
-        a = S[W + r]
-        for c in range(16):
-            S[16 * r + c] -= a * S[W + c]
-    return True
-
-
-@inlined
-def forget_attitude(S, prm):
-    """The attitude was replaced: its cross-covariances are void and its covariance is that of TRIAD (erratum of Table 2).
-
-    First-order errors of TRIAD with up exact in the first vector: tilt from the accelerometer, yaw from the transverse field and from
-    tilt through the dip, psi_z = ((h·psi) m_z - t·e_m) / m_h with h the horizontal direction of the field and t across it.
-    """
-    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
-    slope = prm[FIELD_U] / horizontal
-    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
-    tilt = prm[TILT_SD] * prm[TILT_SD]
-    for r in range(3):
-        for c in range(15):
-            S[16 * r + c] = 0.0
-            S[16 * c + r] = 0.0
-    S[0] = tilt
-    S[17] = tilt
-    S[34] = slope * slope * tilt + prm[DIRECTION_SD] * prm[DIRECTION_SD]
-    S[2] = S[32] = slope * he * tilt
-    S[18] = S[33] = slope * hn * tilt
-
-
-@inlined
-def triad(f0, f1, f2, m0, m1, m2, e, n):
-    """Quaternion of C_nb from up (specific force) and the field, whose horizontal direction in n is (e, n)/|.|.
-
-    MAGINAV eqs 10, 11 and Appendix A. Erratum of eq 11: C(0) TRIAD(f0, m0, fk, mk)ᵀ; since C(0) f0 is up and C(0) m0 the field at
-    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors. The accelerometer's offset is in f0 and
-    therefore stays in fk.
-    """
-    s = 1 / math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
-    u0, u1, u2 = f0 * s, f1 * s, f2 * s
-    # left = up x field, both in b and in n; then forward = left x up is the horizontal field
-    l0, l1, l2 = u1 * m2 - u2 * m1, u2 * m0 - u0 * m2, u0 * m1 - u1 * m0
-    s = 1 / math.sqrt(l0 * l0 + l1 * l1 + l2 * l2)
-    l0, l1, l2 = l0 * s, l1 * s, l2 * s
-    h0, h1, h2 = l1 * u2 - l2 * u1, l2 * u0 - l0 * u2, l0 * u1 - l1 * u0
-    s = 1 / math.sqrt(e * e + n * n)
-    e, n = e * s, n * s
-    # C = [h_n l_n u_n] [h_b l_b u_b]ᵀ with h_n = (e, n, 0), l_n = (-n, e, 0), u_n = (0, 0, 1)
-    return (
-        e * h0 - n * l0,
-        e * h1 - n * l1,
-        e * h2 - n * l2,
-        n * h0 + e * l0,
-        n * h1 + e * l1,
-        n * h2 + e * l2,
-        u0,
-        u1,
-        u2,
-    )
-
-
-@inlined
-def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
-    """Unit quaternion of a rotation matrix given row by row (Shepperd 1978)."""
-    t = c0 + c4 + c8
-    if t >= c0 and t >= c4 and t >= c8:
-        w, x, y, z = 1 + t, c7 - c5, c2 - c6, c3 - c1
-    elif c0 >= c4 and c0 >= c8:
-        w, x, y, z = c7 - c5, 1 + 2 * c0 - t, c1 + c3, c2 + c6
-    elif c4 >= c8:
-        w, x, y, z = c2 - c6, c1 + c3, 1 + 2 * c4 - t, c5 + c7
-    else:
-        w, x, y, z = c3 - c1, c2 + c6, c5 + c7, 1 + 2 * c8 - t
-    return normalise(w, x, y, z)
+    INNOVATION,
+    LIMIT,
+    MAGNETIC_HEADING,
+    MAGNETIC_RESET,
+    MAGNETIC_USE,
+    NIS,
+    NO_SAMPLE,
+    PASSED,
+    PSD_ACCEL_BIAS,
+    PSD_ATTITUDE,
+    PSD_GYRO_BIAS,
+    PSD_VELOCITY,
+    RATE,
+    RATIO,
+    ROW,
+    STARTED,
+    STATE,
+    STATISTIC,
+    THRESHOLD,
+    TIME,
+    USED,
+    WEIGHT_A,
+    WEIGHT_G,
+    ZERO_VELOCITY_SD,
+    ZV_SD,
+    G,
+    Q,
+    V,
+    X,
+)
+from bematist.kernels.magnetic import magnetic_gate, magnetic_heading, quaternion, triad
+from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
 
 
 @inlined
@@ -291,26 +85,6 @@ def bridge(S, prm, dt, w0, w1, w2):
     for i in range(3):
         S[17 * i] += angle * angle
         S[17 * (3 + i)] = speed2
-
-
-@inlined
-def magnetic_gate(S, prm, C6, C7, C8, diag, k):
-    """Gates of the magnetometer sample of a row, if there is one; (C6, C7, C8) is up in b.
-
-    Norm: MAGINAV eqs 4, 5, with a relative tolerance. Inclination: a field that was turned keeps its norm.
-    """
-    m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
-    norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
-    if not norm >= 0:
-        return NO_SAMPLE
-    inclination = -math.asin(min(1.0, max(-1.0, (C6 * m0 + C7 * m1 + C8 * m2) / norm))) if norm > 0 else 0.0
-    diag[k, NORM] = norm
-    diag[k, INCLINATION] = inclination
-    if abs(norm - prm[FIELD_NORM]) > prm[NORM_TOLERANCE] * prm[FIELD_NORM]:
-        return NORM_REFUSED
-    if abs(inclination - prm[FIELD_INCLINATION]) > prm[INCLINATION_TOLERANCE]:
-        return INCLINATION_REFUSED
-    return PASSED
 
 
 @inlined
@@ -346,6 +120,9 @@ def predict(S, prm, dt, standing, diag, k):
 
     gate = magnetic_gate(S, prm, C6, C7, C8, diag, k)
     reset = gate == PASSED and standing and prm[MAGNETIC_USE] == MAGNETIC_RESET
+    if reset and abs(math.sqrt(f0 * f0 + f1 * f1 + f2 * f2) - prm[G]) > prm[FORCE_TOLERANCE]:
+        reset = False
+        gate = FORCE_REFUSED
     if reset:
         # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
         c = triad(S[ROW + 1], S[ROW + 2], S[ROW + 3], S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
@@ -436,34 +213,6 @@ def write(S, t, nav, diag, k):
         diag[k, ACCEL_BIAS + i] = S[BA + i]
         diag[k, GYRO_BIAS_SD + i] = math.sqrt(S[17 * (12 + i)])
         diag[k, ACCEL_BIAS_SD + i] = math.sqrt(S[17 * (9 + i)])
-
-
-@inlined
-def magnetic_heading(S, prm, m0, m1, m2):
-    """Heading from the field as a scalar measurement, with tilt from the filter; returns the gate's verdict.
-
-    The field turned into n by the estimate is exp([psi x]) m_n, so its horizontal direction is off by
-    psi_z - (h·psi) m_z/m_h, with h the direction of the horizontal field.
-    """
-    C0, C1, C2, C3, C4, C5, _, _, _ = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
-    e = C0 * m0 + C1 * m1 + C2 * m2
-    n = C3 * m0 + C4 * m1 + C5 * m2
-    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
-    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
-    slope = prm[FIELD_U] / horizontal
-    nu = math.atan2(he * n - hn * e, he * e + hn * n)
-    variance = prm[HEADING_SD] * prm[HEADING_SD]
-    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[HEADING_GATE]):
-        feed_back(S, True)
-        return USED
-    return INNOVATION_REFUSED
-
-
-@inlined
-def write_block(S, o, nav, k, j):
-    """Packed upper triangle of the 3x3 block of P whose first entry is S[o]."""
-    nav[k, j], nav[k, j + 1], nav[k, j + 2] = S[o], S[o + 1], S[o + 2]
-    nav[k, j + 3], nav[k, j + 4], nav[k, j + 5] = S[o + 17], S[o + 18], S[o + 34]
 
 
 @inlined

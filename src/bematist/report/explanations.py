@@ -20,6 +20,8 @@ GATES = {
     2: ("refused: inclination", "@1"),
     3: ("refused: innovation", "@4"),
     4: ("used", "@0"),
+    5: ("passed, not used", "@5"),
+    6: ("refused: specific force", "@2"),
 }
 """Decisions of `magnetic_gate` on a sample: name and colour."""
 

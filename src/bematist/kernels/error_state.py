@@ -1,0 +1,165 @@
+"""The error state and its covariance: prediction, updates, feedback.
+
+Error state, in this order (MAGINAV eq 18): attitude psi (rotation vector in n, C_est = exp([psi x]) C_true), velocity and position as
+estimate − truth; accelerometer and gyroscope offset as what is still to be subtracted from the measurement. Closed loop: after every
+update the error is fed back and is zero again.
+
+The covariance is 15 rows of 16 at the head of the workspace S (the last column is padding, zero).
+"""
+
+import math
+
+from bematist.kernels.jit import inlined
+from bematist.kernels.layout import (
+    BA,
+    DIRECTION_SD,
+    FIELD_E,
+    FIELD_N,
+    FIELD_U,
+    TILT_SD,
+    E,
+    M,
+    Q,
+    V,
+    W,
+)
+from bematist.kernels.rotation import exp_quaternion, multiply, normalise
+
+
+@inlined
+def propagate_covariance(S, D0, D1, D2, D3, D4, D5, D6, D7, D8, F0, F1, F2, dt, qa, qv, qf, qg):
+    """P ← Φ P Φᵀ + Q, MAGINAV eqs 19, 20, 23, with D = C_nb dt and F = f_n dt.
+
+    Φ = I + {psi←b_g: D, v←psi: -[F x], v←b_a: D, p←v: dt I}. Erratum of eq 23: Q = PSD·dt, in (rad/s)²/Hz and so on. Only the upper
+    triangle of Φ P Φᵀ is computed and then mirrored, so that P stays symmetric to the last bit.
+    """
+    for c in range(16):
+        a0, a1, a2 = S[c], S[16 + c], S[32 + c]
+        v0, v1, v2 = S[48 + c], S[64 + c], S[80 + c]
+        b0, b1, b2 = S[144 + c], S[160 + c], S[176 + c]
+        g0, g1, g2 = S[192 + c], S[208 + c], S[224 + c]
+        S[M + c] = a0 + D0 * g0 + D1 * g1 + D2 * g2
+        S[M + 16 + c] = a1 + D3 * g0 + D4 * g1 + D5 * g2
+        S[M + 32 + c] = a2 + D6 * g0 + D7 * g1 + D8 * g2
+        S[M + 48 + c] = v0 + F2 * a1 - F1 * a2 + D0 * b0 + D1 * b1 + D2 * b2
+        S[M + 64 + c] = v1 - F2 * a0 + F0 * a2 + D3 * b0 + D4 * b1 + D5 * b2
+        S[M + 80 + c] = v2 + F1 * a0 - F0 * a1 + D6 * b0 + D7 * b1 + D8 * b2
+        S[M + 96 + c] = S[96 + c] + dt * v0
+        S[M + 112 + c] = S[112 + c] + dt * v1
+        S[M + 128 + c] = S[128 + c] + dt * v2
+    for r in range(9):
+        m = M + 16 * r
+        o = 16 * r
+        a0, a1, a2 = S[m], S[m + 1], S[m + 2]
+        v0, v1, v2 = S[m + 3], S[m + 4], S[m + 5]
+        b0, b1, b2 = S[m + 9], S[m + 10], S[m + 11]
+        g0, g1, g2 = S[m + 12], S[m + 13], S[m + 14]
+        if r < 3:
+            S[o] = a0 + D0 * g0 + D1 * g1 + D2 * g2
+            S[o + 1] = a1 + D3 * g0 + D4 * g1 + D5 * g2
+            S[o + 2] = a2 + D6 * g0 + D7 * g1 + D8 * g2
+        if r < 6:
+            S[o + 3] = v0 + F2 * a1 - F1 * a2 + D0 * b0 + D1 * b1 + D2 * b2
+            S[o + 4] = v1 - F2 * a0 + F0 * a2 + D3 * b0 + D4 * b1 + D5 * b2
+            S[o + 5] = v2 + F1 * a0 - F0 * a1 + D6 * b0 + D7 * b1 + D8 * b2
+        S[o + 6], S[o + 7], S[o + 8] = S[m + 6] + dt * v0, S[m + 7] + dt * v1, S[m + 8] + dt * v2
+        S[o + 9], S[o + 10], S[o + 11], S[o + 12], S[o + 13], S[o + 14] = b0, b1, b2, g0, g1, g2
+    for r in range(9):
+        for c in range(r + 1, 15):
+            S[16 * c + r] = S[16 * r + c]
+    for i in range(3):
+        S[17 * i] += qa
+        S[17 * (3 + i)] += qv
+        S[17 * (9 + i)] += qf
+        S[17 * (12 + i)] += qg
+
+
+@inlined
+def feed_back(S, attitude):
+    """Take the estimated error E out of the state (MAGINAV eq 12 state 2, with δC = exp(-[psi x]), erratum of eq 25)."""
+    if attitude:
+        rw, rx, ry, rz = exp_quaternion(-S[E], -S[E + 1], -S[E + 2])
+        w, x, y, z = multiply(rw, rx, ry, rz, S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
+        S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
+    for i in range(6):
+        S[V + i] -= S[E + 3 + i]
+    for i in range(6):
+        S[BA + i] += S[E + 9 + i]
+
+
+@inlined
+def zero_velocity(S, variance):
+    """Estimate the error E from z = v - 0 (MAGINAV eqs 21, 22, 24; erratum: H is 3x15) and update P. Returns the NIS.
+
+    With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by construction, and E = W L⁻¹ z.
+    """
+    l00 = math.sqrt(S[51] + variance)
+    i0 = 1 / l00
+    l10 = S[67] * i0
+    l20 = S[83] * i0
+    i1 = 1 / math.sqrt(S[68] + variance - l10 * l10)
+    l21 = (S[84] - l20 * l10) * i1
+    i2 = 1 / math.sqrt(S[85] + variance - l20 * l20 - l21 * l21)
+    y0 = S[V] * i0
+    y1 = (S[V + 1] - l10 * y0) * i1
+    y2 = (S[V + 2] - l20 * y0 - l21 * y1) * i2
+    for c in range(16):
+        a = S[48 + c] * i0
+        b = (S[64 + c] - l10 * a) * i1
+        g = (S[80 + c] - l20 * a - l21 * b) * i2
+        S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
+        S[E + c] = a * y0 + b * y1 + g * y2
+    for r in range(15):
+        a, b, g = S[W + r], S[W + 16 + r], S[W + 32 + r]
+        for c in range(16):
+            S[16 * r + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
+    return y0 * y0 + y1 * y1 + y2 * y2
+
+
+@inlined
+def attitude_measurement(S, h0, h1, h2, nu, variance, gate):
+    """One scalar measurement nu = h·psi + noise: update P and estimate E unless nu²/S exceeds `gate`. True when used."""
+    s = variance
+    for c in range(16):
+        S[W + c] = h0 * S[c] + h1 * S[16 + c] + h2 * S[32 + c]
+    s += h0 * S[W] + h1 * S[W + 1] + h2 * S[W + 2]
+    if nu * nu > gate * s:
+        return False
+    i = 1 / math.sqrt(s)
+    for c in range(16):
+        S[W + c] *= i
+        S[E + c] = S[W + c] * (nu * i)
+    for r in range(15):
+        a = S[W + r]
+        for c in range(16):
+            S[16 * r + c] -= a * S[W + c]
+    return True
+
+
+@inlined
+def forget_attitude(S, prm):
+    """The attitude was replaced: its cross-covariances are void and its covariance is that of TRIAD (erratum of Table 2).
+
+    First-order errors of TRIAD with up exact in the first vector: tilt from the accelerometer, yaw from the transverse field and from
+    tilt through the dip, psi_z = ((h·psi) m_z - t·e_m) / m_h with h the horizontal direction of the field and t across it.
+    """
+    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
+    slope = prm[FIELD_U] / horizontal
+    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
+    tilt = prm[TILT_SD] * prm[TILT_SD]
+    for r in range(3):
+        for c in range(15):
+            S[16 * r + c] = 0.0
+            S[16 * c + r] = 0.0
+    S[0] = tilt
+    S[17] = tilt
+    S[34] = slope * slope * tilt + prm[DIRECTION_SD] * prm[DIRECTION_SD]
+    S[2] = S[32] = slope * he * tilt
+    S[18] = S[33] = slope * hn * tilt
+
+
+@inlined
+def write_block(S, o, nav, k, j):
+    """Packed upper triangle of the 3x3 block of P whose first entry is S[o]."""
+    nav[k, j], nav[k, j + 1], nav[k, j + 2] = S[o], S[o + 1], S[o + 2]
+    nav[k, j + 3], nav[k, j + 4], nav[k, j + 5] = S[o + 17], S[o + 18], S[o + 34]

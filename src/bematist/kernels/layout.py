@@ -1,0 +1,78 @@
+"""Where things stand in the flat arrays of the foot-mounted filter: workspace, parameters, results, diagnostics."""
+
+# workspace S
+P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
+TIME, STARTED, RATE, ROW = 464, 465, 466, 472
+WORKSPACE_SIZE = 488
+
+# parameters prm
+(
+    G,
+    PSD_ATTITUDE,
+    PSD_VELOCITY,
+    PSD_ACCEL_BIAS,
+    PSD_GYRO_BIAS,
+    WEIGHT_A,
+    WEIGHT_G,
+    THRESHOLD,
+    ZERO_VELOCITY_SD,
+    FLOOR,
+    RATIO,
+    GAP_S,
+    GAP_RATE,
+    GAP_SPEED,
+    GAP_BALLISTIC_S,
+    MAGNETIC_USE,
+    FIELD_NORM,
+    NORM_TOLERANCE,
+    FIELD_INCLINATION,
+    INCLINATION_TOLERANCE,
+    FIELD_E,
+    FIELD_N,
+    FIELD_U,
+    TILT_SD,
+    DIRECTION_SD,
+    HEADING_SD,
+    HEADING_GATE,
+    FORCE_TOLERANCE,
+) = range(28)
+PARAMETERS = 28
+
+MAGNETIC_OFF, MAGNETIC_RESET, MAGNETIC_HEADING = 0.0, 1.0, 2.0
+
+# columns of the result: t p v q, then packed covariances of position, velocity, attitude
+NAV = 29
+# columns of the diagnostics
+(
+    STATISTIC,
+    LIMIT,
+    ZV_SD,
+    INNOVATION,
+    _,
+    _,
+    NIS,
+    NORM,
+    INCLINATION,
+    GATE,
+    STATE,
+    BRIDGED,
+    GYRO_BIAS,
+    _,
+    _,
+    GYRO_BIAS_SD,
+    _,
+    _,
+    ACCEL_BIAS,
+    _,
+    _,
+    ACCEL_BIAS_SD,
+    _,
+    _,
+) = range(24)
+DIAG = 24
+
+# verdicts of the magnetic gates
+NO_SAMPLE, NORM_REFUSED, INCLINATION_REFUSED, INNOVATION_REFUSED, USED, PASSED, FORCE_REFUSED = range(7)
+
+# what a result owes to a gap, after the flags of a row
+BRIDGED_OVER = 3.0

@@ -1,0 +1,115 @@
+"""What a magnetometer sample says: TRIAD, gates, and heading as a measurement."""
+
+import math
+
+from bematist.kernels.error_state import attitude_measurement, feed_back
+from bematist.kernels.jit import inlined
+from bematist.kernels.layout import (
+    FIELD_E,
+    FIELD_INCLINATION,
+    FIELD_N,
+    FIELD_NORM,
+    FIELD_U,
+    HEADING_GATE,
+    HEADING_SD,
+    INCLINATION,
+    INCLINATION_REFUSED,
+    INCLINATION_TOLERANCE,
+    INNOVATION_REFUSED,
+    NO_SAMPLE,
+    NORM,
+    NORM_REFUSED,
+    NORM_TOLERANCE,
+    PASSED,
+    ROW,
+    USED,
+    Q,
+)
+from bematist.kernels.rotation import matrix, normalise
+
+
+@inlined
+def triad(f0, f1, f2, m0, m1, m2, e, n):
+    """Quaternion of C_nb from up (specific force) and the field, whose horizontal direction in n is (e, n)/|.|.
+
+    MAGINAV eqs 10, 11 and Appendix A. Erratum of eq 11: C(0) TRIAD(f0, m0, fk, mk)ᵀ; since C(0) f0 is up and C(0) m0 the field at
+    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors. The accelerometer's offset is in f0 and
+    therefore stays in fk.
+    """
+    s = 1 / math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+    u0, u1, u2 = f0 * s, f1 * s, f2 * s
+    # left = up x field, both in b and in n; then forward = left x up is the horizontal field
+    l0, l1, l2 = u1 * m2 - u2 * m1, u2 * m0 - u0 * m2, u0 * m1 - u1 * m0
+    s = 1 / math.sqrt(l0 * l0 + l1 * l1 + l2 * l2)
+    l0, l1, l2 = l0 * s, l1 * s, l2 * s
+    h0, h1, h2 = l1 * u2 - l2 * u1, l2 * u0 - l0 * u2, l0 * u1 - l1 * u0
+    s = 1 / math.sqrt(e * e + n * n)
+    e, n = e * s, n * s
+    # C = [h_n l_n u_n] [h_b l_b u_b]ᵀ with h_n = (e, n, 0), l_n = (-n, e, 0), u_n = (0, 0, 1)
+    return (
+        e * h0 - n * l0,
+        e * h1 - n * l1,
+        e * h2 - n * l2,
+        n * h0 + e * l0,
+        n * h1 + e * l1,
+        n * h2 + e * l2,
+        u0,
+        u1,
+        u2,
+    )
+
+
+@inlined
+def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
+    """Unit quaternion of a rotation matrix given row by row (Shepperd 1978)."""
+    t = c0 + c4 + c8
+    if t >= c0 and t >= c4 and t >= c8:
+        w, x, y, z = 1 + t, c7 - c5, c2 - c6, c3 - c1
+    elif c0 >= c4 and c0 >= c8:
+        w, x, y, z = c7 - c5, 1 + 2 * c0 - t, c1 + c3, c2 + c6
+    elif c4 >= c8:
+        w, x, y, z = c2 - c6, c1 + c3, 1 + 2 * c4 - t, c5 + c7
+    else:
+        w, x, y, z = c3 - c1, c2 + c6, c5 + c7, 1 + 2 * c8 - t
+    return normalise(w, x, y, z)
+
+
+@inlined
+def magnetic_gate(S, prm, C6, C7, C8, diag, k):
+    """Gates of the magnetometer sample of a row, if there is one; (C6, C7, C8) is up in b.
+
+    Norm: MAGINAV eqs 4, 5, with a relative tolerance. Inclination: a field that was turned keeps its norm.
+    """
+    m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
+    norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
+    if not norm >= 0:
+        return NO_SAMPLE
+    inclination = -math.asin(min(1.0, max(-1.0, (C6 * m0 + C7 * m1 + C8 * m2) / norm))) if norm > 0 else 0.0
+    diag[k, NORM] = norm
+    diag[k, INCLINATION] = inclination
+    if abs(norm - prm[FIELD_NORM]) > prm[NORM_TOLERANCE] * prm[FIELD_NORM]:
+        return NORM_REFUSED
+    if abs(inclination - prm[FIELD_INCLINATION]) > prm[INCLINATION_TOLERANCE]:
+        return INCLINATION_REFUSED
+    return PASSED
+
+
+@inlined
+def magnetic_heading(S, prm, m0, m1, m2):
+    """Heading from the field as a scalar measurement, with tilt from the filter; returns the gate's verdict.
+
+    The field turned into n by the estimate is exp([psi x]) m_n, so its horizontal direction is off by
+    psi_z - (h·psi) m_z/m_h, with h the direction of the horizontal field.
+    """
+    C0, C1, C2, C3, C4, C5, _, _, _ = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
+    e = C0 * m0 + C1 * m1 + C2 * m2
+    n = C3 * m0 + C4 * m1 + C5 * m2
+    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
+    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
+    slope = prm[FIELD_U] / horizontal
+    nu = math.atan2(he * n - hn * e, he * e + hn * n)
+    variance = prm[HEADING_SD] * prm[HEADING_SD]
+    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[HEADING_GATE]):
+        feed_back(S, True)
+        return USED
+    return INNOVATION_REFUSED
