@@ -158,6 +158,24 @@ def test_an_unexpected_error_asks_for_a_report(
     assert there() == ["walk.csv"]
 
 
+def test_numerical_warnings_are_not_shown(recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    import warnings
+
+    import bematist.io
+
+    whole = bematist.io.read
+
+    def noisy(*args: object, **options: object) -> object:
+        with warnings.catch_warnings():
+            warnings.simplefilter("always")
+            warnings.warn("overflow encountered in square", RuntimeWarning, stacklevel=2)
+        return whole(*args, **options)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(bematist.io, "read", noisy)
+    assert main(["track", "walk.csv", "-q", "--no-report"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 SLOW = """
 import sys, time, bematist.io
 def read(*args, **options):

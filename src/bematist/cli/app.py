@@ -8,7 +8,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -123,17 +125,30 @@ def main(args: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without "µ" is no reason to fail
     command = typer.main.get_group(app)
     assert isinstance(command, Guarded)
-    with _ended_by_signal():
+    with _ended_by_sigterm(), _numerical_noise_held():
         return command.status(args)
 
 
-class _ended_by_signal:  # noqa: N801
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
     """SIGTERM ends the command like Ctrl-C, so that no temporary file is left."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    old = signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, old)
 
-    def __enter__(self) -> None:
-        self._main = threading.current_thread() is threading.main_thread()
-        self._old = signal.signal(signal.SIGTERM, lambda *_: sys.exit(143)) if self._main else None
 
-    def __exit__(self, *_: object) -> None:
-        if self._main:
-            signal.signal(signal.SIGTERM, self._old)
+@contextmanager
+def _numerical_noise_held() -> Iterator[None]:
+    """Lines such as "RuntimeWarning: overflow" are for developers; what a user must know is said in words."""
+    show = warnings.showwarning
+    if not os.environ.get("BEMATIST_DEBUG"):
+        warnings.showwarning = lambda *_, **__: None
+    try:
+        yield
+    finally:
+        warnings.showwarning = show
