@@ -158,22 +158,24 @@ def test_an_unexpected_error_asks_for_a_report(
     assert there() == ["walk.csv"]
 
 
-def test_numerical_warnings_are_not_shown(recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    import warnings
+NOISY = """
+import sys, numpy, bematist.methods
+whole = bematist.methods.track
+def track(*args, **options):
+    numpy.sqrt(numpy.array([-1.0]))
+    return whole(*args, **options)
+bematist.methods.track = track
+from bematist.cli import main
+sys.exit(main(["track", "walk.csv", "-o", "out", "--no-report", "-q"]))
+"""
 
-    import bematist.io
 
-    whole = bematist.io.read
-
-    def noisy(*args: object, **options: object) -> object:
-        with warnings.catch_warnings():
-            warnings.simplefilter("always")
-            warnings.warn("overflow encountered in square", RuntimeWarning, stacklevel=2)
-        return whole(*args, **options)  # pyright: ignore[reportArgumentType]
-
-    monkeypatch.setattr(bematist.io, "read", noisy)
-    assert main(["track", "walk.csv", "-q", "--no-report"]) == 0
-    assert capsys.readouterr().err == ""
+@pytest.mark.parametrize("debug", ["", "1"])
+def test_numerical_noise_is_for_developers(debug: str, recording: Path) -> None:
+    environment = {**os.environ, "BEMATIST_DEBUG": debug}
+    done = subprocess.run([sys.executable, "-c", NOISY], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0
+    assert ("invalid value" in done.stderr) == bool(debug)
 
 
 SLOW = """
