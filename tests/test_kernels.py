@@ -77,10 +77,10 @@ def test_running_sums_equal_the_papers_double_loop(detector, window):
 
 
 def test_sums_stay_exact_after_a_shock():
-    """A shock of 10⁵ m/s² leaves no rounding behind in the windows after it."""
+    """A heel strike at the range of the sensor leaves less than 1e-9 in the windows of a standing foot after it."""
     r = shaken(400, seed=1)
     f = r.specific_force.copy()
-    f[100] = 1e5
+    f[100:103] = 160.0
     p = StanceParameters(window_s=0.05)
     got = detect(r.replace(specific_force=f).samples(), p, 200.0)[:, 0]
     want = twin.statistic(f, r.angular_rate, p.window_samples(200.0), "shoe", p.accel_sd, p.gyro_sd, 9.80665)

@@ -104,7 +104,6 @@ def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int
     index[kernel.DETECTOR] = DETECTORS[parameters.detector]
     index[kernel.RULE] = RULES[parameters.rule]
     sizes = {
-        kernel.SUFFIX: kernel.SUMS * (window + 1),
         kernel.TAIL: 2 * look,
         kernel.ROWS: kernel.ROW * capacity,
         kernel.QUEUE: capacity,

@@ -4,8 +4,8 @@ What the next call needs lies in two flat arrays: `index` (int64, sizes and coun
 where the caller has them; only the last few are kept. `statistics` fills T, whose first entries are those kept from the call before,
 and `verdict` judges a sample once everything that its window and look-ahead need is there.
 
-A window's sum is a prefix sum of the present block of N samples and a suffix sum of the block before it: additions only, so that no
-rounding outlives its window (van Herk's scheme, for sums).
+A window's sums are updated by the sample that enters and the one that leaves. They are made anew from the window at every REFRESH-th
+sample of the recording, and after a shock has left it, so that rounding can neither pile up nor outlive its cause.
 """
 
 import math
@@ -23,19 +23,19 @@ from bematist.kernels.jit import inlined, kernel
     QUEUE_LAST,
     DETECTOR,
     RULE,
-    SUFFIX,  # places in memory
-    TAIL,
+    TAIL,  # places in memory
     ROWS,
     QUEUE,
-) = range(13)
+) = range(12)
 INDEX_SIZE = 16
 
 # memory: fixed places before the rings
-PREFIX = 0  # f_x f_y f_z |f|² |w|² |f| count
+SUMS = 0  # f_x f_y f_z |f|² |w|² (for AMAG |f|), count
 HELD = 8  # times of the last good specific force and angular rate, then their values
 HEAD_SIZE = 16
 
-SUMS = 7
+REFRESH = 64
+SHOCK = 16.0  # a leaving |f|² above this many times what remains
 ROW = 11  # t f w m flag
 
 # detectors and rules
@@ -47,88 +47,77 @@ MEASURED, HELD_SAMPLE, MISSING = 0.0, 1.0, 2.0
 
 
 @inlined
-def _statistic(detector, s0, s1, s2, ff, ww, fn, n, weight_a, weight_g, g):
-    """Test statistic of a window from its sums, normalised by the number of samples n.
+def _statistic(sums, detector, weight_a, weight_g, g):
+    """Test statistic of a window from its sums, normalised by the number of samples n; infinite without one.
 
     SHOE: MAGINAV eqs 1-2 (errata: summation index, division by N), Skog eq 13. ARED: Skog eq 20. AMVD: Skog eq 16. AMAG: Skog eq 18.
     GYRO_NORM: Li & Wang eq 35, as the root mean square over the window (erratum: one sample fires in mid-swing), rad/s.
+    `other` is the sum of |w|², for AMAG that of |f|.
     """
-    if detector == ARED:
-        return ww * weight_g / n
-    if detector == AMVD:
-        return (ff - (s0 * s0 + s1 * s1 + s2 * s2) / n) * weight_a / n
-    if detector == AMAG:
-        return (ff - 2 * g * fn + n * g * g) * weight_a / n
-    if detector == GYRO_NORM:
-        return math.sqrt(ww / n)
-    # sum |f - g mean(f)/|mean(f)||² = sum |f|² - 2 g |sum f| + n g²
-    norm = math.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
-    return ((ff - 2 * g * norm + n * g * g) * weight_a + ww * weight_g) / n
-
-
-@inlined
-def _add(sums, f0, f1, f2, w0, w1, w2, detector):
-    """Sums with a sample added."""
-    s0, s1, s2, ff, ww, fn, n = sums
-    square = f0 * f0 + f1 * f1 + f2 * f2
-    if detector == AMAG:
-        fn += math.sqrt(square)
-    return s0 + f0, s1 + f1, s2 + f2, ff + square, ww + (w0 * w0 + w1 * w1 + w2 * w2), fn, n + 1.0
-
-
-@inlined
-def _add_new(sums, rows, flags, k, detector):
-    """Sums with row k of the caller's added."""
-    if flags.shape[0] > 0 and flags[k] == MISSING:
-        return sums
-    return _add(sums, rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6], detector)
-
-
-@inlined
-def _add_kept(index, memory, sums, j, detector):
-    """Sums with sample j of the recording, which is in the ring, added."""
-    r = index[ROWS] + ROW * (j & index[MASK])
-    if memory[r + 10] == MISSING:
-        return sums
-    return _add(sums, memory[r + 1], memory[r + 2], memory[r + 3], memory[r + 4], memory[r + 5], memory[r + 6], detector)
-
-
-@inlined
-def _load(memory, o):
-    return memory[o], memory[o + 1], memory[o + 2], memory[o + 3], memory[o + 4], memory[o + 5], memory[o + 6]
-
-
-@inlined
-def _store(memory, o, sums):
-    memory[o], memory[o + 1], memory[o + 2], memory[o + 3], memory[o + 4], memory[o + 5], memory[o + 6] = sums
-
-
-@inlined
-def _close_block(index, memory, rows, flags, start, end):
-    """Suffix sums of the block of N places that ends before place `end`; those after the last of rows are empty."""
-    detector = index[DETECTOR]
-    size = index[WINDOW]
-    sums = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    o = index[SUFFIX] + SUMS * (size - 1)
-    for k in range(end - start - 1, end - start - size, -1):
-        if k < 0:
-            sums = _add_kept(index, memory, sums, start + k, detector)
-        elif k < rows.shape[0]:
-            sums = _add_new(sums, rows, flags, k, detector)
-        _store(memory, o, sums)
-        o -= SUMS
-
-
-@inlined
-def _evaluate(memory, o, prefix, detector, weight_a, weight_g, g):
-    """Statistic of the window made of a prefix sum and the suffix sum at memory[o:]; infinite without a sample."""
-    s0, s1, s2, ff, ww, fn, n = prefix
-    n += memory[o + 6]
+    s0, s1, s2, ff, other, n = sums
     if n == 0:
         return math.inf
-    s0, s1, s2 = s0 + memory[o], s1 + memory[o + 1], s2 + memory[o + 2]
-    ff, ww, fn = ff + memory[o + 3], ww + memory[o + 4], fn + memory[o + 5]
-    return max(0.0, _statistic(detector, s0, s1, s2, ff, ww, fn, n, weight_a, weight_g, g))
+    if detector == SHOE:
+        # sum |f - g mean(f)/|mean(f)||² = sum |f|² - 2 g |sum f| + n g²
+        value = ((ff - 2 * g * math.sqrt(s0 * s0 + s1 * s1 + s2 * s2) + n * g * g) * weight_a + other * weight_g) / n
+    elif detector == ARED:
+        value = other * weight_g / n
+    elif detector == AMVD:
+        value = (ff - (s0 * s0 + s1 * s1 + s2 * s2) / n) * weight_a / n
+    elif detector == AMAG:
+        value = (ff - 2 * g * other + n * g * g) * weight_a / n
+    else:
+        value = math.sqrt(max(0.0, other) / n)
+    return max(0.0, value)
+
+
+@inlined
+def _channels(f0, f1, f2, w0, w1, w2, detector):
+    """What a sample adds to the sums."""
+    ff = f0 * f0 + f1 * f1 + f2 * f2
+    other = math.sqrt(ff) if detector == AMAG else w0 * w0 + w1 * w1 + w2 * w2
+    return f0, f1, f2, ff, other, 1.0
+
+
+@inlined
+def _new(rows, flags, k, detector):
+    """What row k of the caller's adds to the sums."""
+    if flags.shape[0] > 0 and flags[k] == MISSING:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return _channels(rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6], detector)
+
+
+@inlined
+def _any(index, memory, rows, flags, k, detector):
+    """What sample k adds to the sums, counted from the first of rows: before it, from the ring; before all and after the end, nothing."""
+    if k >= 0:
+        if k < rows.shape[0]:
+            return _new(rows, flags, k, detector)
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    j = index[COUNT] + k
+    r = index[ROWS] + ROW * (j & index[MASK])
+    if j < 0 or memory[r + 10] == MISSING:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return _channels(memory[r + 1], memory[r + 2], memory[r + 3], memory[r + 4], memory[r + 5], memory[r + 6], detector)
+
+
+@inlined
+def _plus(a, b):
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
+
+
+@inlined
+def _minus(a, b):
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]
+
+
+@inlined
+def _anew(index, memory, rows, flags, last, detector):
+    """Sums of the window that ends with sample `last`, counted from the first of rows."""
+    sums = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for i in range(last + 1 - index[WINDOW], last + 1):
+        sums = _plus(sums, _any(index, memory, rows, flags, i, detector))
+    return sums
 
 
 @inlined
@@ -146,26 +135,29 @@ def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
     kept = 2 * index[LOOKAHEAD]
     for c in range(kept):
         T[c] = memory[index[TAIL] + c]
-    prefix = _load(memory, PREFIX)
+    sums = (memory[SUMS], memory[SUMS + 1], memory[SUMS + 2], memory[SUMS + 3], memory[SUMS + 4], memory[SUMS + 5])
     end = n + (half if finish else 0)
     k = 0
     while k < end:
-        # Up to the end of the block that place start + k is in
-        place = (start + k) % size
-        stop = min(end, k + size - place)
-        o = index[SUFFIX] + SUMS * (place + 1)
-        for i in range(k, min(stop, n)):
-            prefix = _add_new(prefix, rows, flags, i, detector)
-            T[kept + i] = _evaluate(memory, o, prefix, detector, weight_a, weight_g, g)
-            o += SUMS
-        for i in range(max(k, n), stop):
-            T[kept + i] = _evaluate(memory, o, prefix, detector, weight_a, weight_g, g)
-            o += SUMS
-        if stop == k + size - place:
-            _close_block(index, memory, rows, flags, start, start + stop)
-            prefix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if (start + k) % REFRESH == 0:
+            sums = _anew(index, memory, rows, flags, k - 1, detector)
+        stop = min(end, k + REFRESH - (start + k) % REFRESH)
+        if k >= size and stop <= n:
+            for i in range(k, stop):
+                leaving = _new(rows, flags, i - size, detector)
+                sums = _minus(_plus(sums, _new(rows, flags, i, detector)), leaving)
+                if leaving[3] > SHOCK * sums[3]:
+                    sums = _anew(index, memory, rows, flags, i, detector)
+                T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
+        else:
+            for i in range(k, stop):
+                leaving = _any(index, memory, rows, flags, i - size, detector)
+                sums = _minus(_plus(sums, _any(index, memory, rows, flags, i, detector)), leaving)
+                if leaving[3] > SHOCK * sums[3]:
+                    sums = _anew(index, memory, rows, flags, i, detector)
+                T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
         k = stop
-    _store(memory, PREFIX, prefix)
+    memory[SUMS], memory[SUMS + 1], memory[SUMS + 2], memory[SUMS + 3], memory[SUMS + 4], memory[SUMS + 5] = sums
     for c in range(kept):
         memory[index[TAIL] + c] = T[n + c]
     return start + n if finish else max(0, start + n - half)
@@ -273,10 +265,14 @@ def detect(index, memory, rows, flags, finish, weight_a, weight_g, g, threshold,
     """Statistic, threshold and zero-velocity standard deviation of every sample: the detector without the filter.
 
     rows (n,10) sample rows without NaN in force and rate, or with the flags (n,) that `fill` gave, else flags (0,); finish: no more will
-    come; T scratch (see `statistics`); out (n + latency, 3). Returns the number of rows written.
+    come; T scratch (see `statistics`); out (n + latency, 3), or (0, 3) where only the statistics in T are wanted. Returns the number of
+    rows written.
     """
     first = origin(index)
     known = statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T)
+    if out.shape[0] == 0:
+        keep(index, memory, rows, flags)
+        return 0
     judged = index[JUDGED]
     last = known if finish else known - index[LOOKAHEAD]
     for j in range(judged, last):
