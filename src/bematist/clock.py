@@ -82,18 +82,12 @@ def repair(
         warnings.append(f"{len(stamps) - len(rows)} rows without a {name} stamp were left out.")
     if not len(t):
         raise DataError(f"No {name} stamp is a number. Name the right column, or give the rate, with --columns map.toml.")
-    if len(t) > 1 and np.ptp(t) == 0:
-        raise DataError(
-            f"The {name} stamps never advance (all are {t[0]:g}). Name another time column, or give the rate, with --columns map.toml."
-        )
-    if len(t) > 1 and np.mean(np.diff(t) < 0) > 0.5:
-        raise DataError(f"The {name} stamps run backwards. Sort the rows by time, or name another column with --columns map.toml.")
-    t = _unwrap(t, wrap_s, warnings, name)
-    x = None if values is None else np.asarray(values, float)[rows]
-    t, rows, x = _drop_repeats(t, rows, x, warnings, name)
-    t, rows, x = _drop_strays(t, rows, x, warnings, name)
-    t, rows, x = _undo_swaps(t, rows, x, warnings, name)
-    t = _undo_resets(t, warnings, name)
+    x = None if values is None else np.asarray(values, float)
+    if x is not None and len(rows) < len(x):
+        x = x[rows]
+    # Most clocks only advance.
+    if len(t) > 1 and not 0 < (step := np.diff(t)).min() <= step.max() < CLOCK_SET_S:
+        t, rows, x = _mend(t, rows, x, wrap_s, warnings, name)
     if len(t) < 3:
         order = np.argsort(t, kind="stable")
         return Clock(_spread(t[order]), rows[order], "stamps", "too few samples to judge", np.zeros(len(t) - 1, int))
@@ -103,6 +97,21 @@ def repair(
     time, lost, kind, note = _decide(t, x, mode, number)
     _tell_gaps(time, lost, warnings, name)
     return Clock(time, rows, kind, note, lost, tuple(warnings))
+
+
+def _mend(t: Array, rows: Rows, x: Array | None, wrap_s: float | None, warnings: list[str], name: str):
+    """Stamps that repeat, go back or leap."""
+    if np.ptp(t) == 0:
+        raise DataError(
+            f"The {name} stamps never advance (all are {t[0]:g}). Name another time column, or give the rate, with --columns map.toml."
+        )
+    if np.mean(np.diff(t) < 0) > 0.5:
+        raise DataError(f"The {name} stamps run backwards. Sort the rows by time, or name another column with --columns map.toml.")
+    t = _unwrap(t, wrap_s, warnings, name)
+    t, rows, x = _drop_repeats(t, rows, x, warnings, name)
+    t, rows, x = _drop_strays(t, rows, x, warnings, name)
+    t, rows, x = _undo_swaps(t, rows, x, warnings, name)
+    return _undo_resets(t, warnings, name), rows, x
 
 
 def _unwrap(t: Array, wrap_s: float | None, warnings: list[str], name: str) -> Array:
@@ -201,7 +210,7 @@ def _decide(t: Array, x: Array | None, mode: str, count: Rows | None) -> tuple[A
     d = np.diff(t)
     T = period(t)
     off = np.abs(d / T - np.round(d / T))
-    regular = bool(np.quantile(off, 0.99) < REGULAR and d.min() > 0.5 * T)
+    regular = bool(d.min() > 0.5 * T and (off.max() < REGULAR or np.quantile(off, 0.99) < REGULAR))
     if mode != "uniform" and regular:
         lost = np.maximum(np.round(d / T).astype(np.int64) - 1, 0)
         why = f"steps are whole multiples of {1e3 * T:.4g} ms ({1 / T:.4g} Hz): the stamps are true and were kept"

@@ -94,14 +94,13 @@ class FootIns:
         if len(recording) < 2:
             raise DataError(f"{recording.source or 'The recording'}: {len(recording)} sample(s) make no path. Record for longer.")
         started = time.perf_counter()
-        rows = recording.samples()
-        n = len(rows)
+        n = len(recording)
         nav = np.empty((n, kernel.NAV))
         diagnostics = np.empty((n, kernel.DIAG), np.float32)
-        size = chunk or 200_000
+        size = chunk or 50_000
         done = 0
         for start in range(0, n, size):
-            done += self._advance(rows[start : start + size], False, nav[done:], diagnostics[done:])
+            done += self._advance(recording.samples(start, start + size), False, nav[done:], diagnostics[done:])
             if progress:
                 progress(min(start + size, n), n)
         self._advance(np.empty((0, 10)), True, nav[done:], diagnostics[done:])

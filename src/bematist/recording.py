@@ -118,28 +118,33 @@ class Recording:
     def has_magnetometer(self) -> bool:
         return len(self.magnetic_time) > 0
 
-    def samples(self) -> Array:
-        """The recording as sample rows (N,10), `SAMPLE_COLUMNS`.
+    def samples(self, start: int = 0, stop: int | None = None) -> Array:
+        """The recording, or its rows from start to before stop, as sample rows (N,10), `SAMPLE_COLUMNS`.
 
         A magnetometer sample stands once, in the first inertial row at or after its own time, and NaN elsewhere; where two fall into
         one step, the later stands.
         """
-        rows = np.full((len(self), 10), np.nan)
-        rows[:, 0] = self.time
-        rows[:, 1:4] = self.specific_force
-        rows[:, 4:7] = self.angular_rate
-        if self.has_magnetometer:
+        part = slice(start, stop)
+        time = self.time[part]
+        rows = np.empty((len(time), 10))
+        rows[:, 0] = time
+        rows[:, 1:4] = self.specific_force[part]
+        rows[:, 4:7] = self.angular_rate[part]
+        rows[:, 7:10] = np.nan
+        if self.has_magnetometer and len(time):
             # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
-            k = np.searchsorted(self.time, self.magnetic_time - 1e-6)
-            inside = (k < len(self)) & np.isfinite(self.magnetic_flux_density).all(1)
-            rows[k[inside], 7:10] = self.magnetic_flux_density[inside]
+            shifted = self.magnetic_time - 1e-6
+            first = np.searchsorted(shifted, self.time[start - 1], side="right") if start else 0
+            near = slice(first, np.searchsorted(shifted, time[-1], side="right"))
+            k = np.searchsorted(time, shifted[near])
+            inside = np.isfinite(self.magnetic_flux_density[near]).all(1)
+            rows[k[inside], 7:10] = self.magnetic_flux_density[near][inside]
         return rows
 
     def chunks(self, n: int) -> Iterator[Array]:
         """Sample rows in consecutive chunks of n."""
-        rows = self.samples()
-        for start in range(0, len(rows), n):
-            yield rows[start : start + n]
+        for start in range(0, len(self), n):
+            yield self.samples(start, start + n)
 
     def replace(self, **changes: ArrayLike | object) -> Recording:
         """A copy with some fields changed."""

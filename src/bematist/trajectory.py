@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,6 +59,12 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def rows(self, start: int, stop: int) -> Trajectory:
+        """The rows from start to before stop, as views, without diagnostics."""
+        names = ("time", "position", "velocity", "attitude", "stance", "packed_covariance")
+        part: dict[str, Any] = {name: getattr(self, name)[start:stop] for name in names}
+        return replace(self, diagnostics={}, **part)
 
     @property
     def covariance(self) -> Array:

@@ -70,7 +70,7 @@ def read_columns(
     columns = (
         _slow(head, header_line, names, wanted, separator, comment, comma, clock)
         if frame is None
-        else {name: frame[name].to_numpy() for name in wanted}
+        else {name: frame.drop_in_place(name).to_numpy() for name in wanted}  # null becomes NaN
     )
     if not len(columns[wanted[0]]):
         raise DataError(f"{head.path}: there is a header but no row of data. Export the recording again.")
@@ -95,31 +95,37 @@ def _fast(
     picked = {keys[list(names).index(name)]: name for name in wanted}
     dated = clock is not None and _is_dated(head, first, names, clock, separator)
     schema = {key: pl.Float64 if key in picked and not (dated and picked[key] == clock) else pl.String for key in keys}
-    try:
-        frame = pl.read_csv(
-            head.path if head.is_utf8 and separator != " " else io.BytesIO(_tidy(_text(head), separator).encode()),
-            has_header=False,
-            skip_lines=first + 1,
-            schema=schema,
-            columns=None if len(picked) == len(keys) else [int(key) for key in picked],
-            separator="\t" if separator == " " else separator,
-            # Looking for comments costs half as much again as reading.
-            comment_prefix=comment if _contains(head, comment) else None,
-            null_values=NO_VALUE,
-            decimal_comma=comma,
-            glob=False,
-        )
-    except (pl.exceptions.PolarsError, OSError, ValueError):
+    commented = _contains(head, comment)
+    frame = None
+    # Looking for words that mean "no value", or for comments, costs half as much again as reading: only where it must be.
+    for words in (None, NO_VALUE):
+        try:
+            frame = pl.read_csv(
+                head.path if head.is_utf8 and separator != " " else io.BytesIO(_tidy(_text(head), separator).encode()),
+                has_header=False,
+                skip_lines=first + 1,
+                schema=schema,
+                columns=None if len(picked) == len(keys) else [int(key) for key in picked],
+                separator="\t" if separator == " " else separator,
+                comment_prefix=comment if commented else None,
+                null_values=words,
+                decimal_comma=comma,
+                glob=False,
+            ).rename(picked)
+            break
+        except (pl.exceptions.PolarsError, OSError, ValueError):
+            continue
+    if frame is None:
         return None
-    frame = frame.rename(picked)
-    if frame[wanted[0]].null_count():  # blank lines
-        frame = frame.filter(~pl.all_horizontal(pl.all().is_null()))
+    stamps = frame[wanted[0]]
+    if stamps.null_count() or (stamps.dtype.is_float() and stamps.is_nan().any()):  # blank lines
+        frame = frame.fill_nan(None).filter(~pl.all_horizontal(pl.all().is_null()))
     if dated and clock is not None:
         moments = _dates(frame[clock])
         if moments.null_count() > frame[clock].null_count():
             return None
         frame = frame.with_columns(moments.alias(clock))
-    return frame.with_columns(pl.all().fill_null(float("nan")))
+    return frame
 
 
 def _tidy(text: str, separator: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,9 @@ rad²).
 DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]}
 """Decimals of the CSV: µs, µm, µm/s, and 1e-8 of a quaternion (a millionth of a degree)."""
 
+PIECE = 1 << 15
+"""Rows that are made into a table at a time, and of a row group of the Parquet file."""
+
 
 def write_trajectory(trajectory: Trajectory, folder: str | Path) -> None:
     """Write `trajectory.parquet` (every bit, with the covariances) and `trajectory.csv` (`DECIMALS`) into a folder that
@@ -36,36 +40,47 @@ def write_trajectory(trajectory: Trajectory, folder: str | Path) -> None:
     DataError
         The folder cannot be written.
     """
-    table = trajectory.to_polars()
-    write_parquet(trajectory, Path(folder) / "trajectory.parquet", table)
-    write_csv(trajectory, Path(folder) / "trajectory.csv", table)
+    write_parquet(trajectory, Path(folder) / "trajectory.parquet")
+    write_csv(trajectory, Path(folder) / "trajectory.csv")
 
 
-def write_parquet(trajectory: Trajectory, path: Path, table: pl.DataFrame | None = None) -> None:
+def write_parquet(trajectory: Trajectory, path: Path) -> None:
     """`trajectory.COLUMNS`, then `COVARIANCE_COLUMNS`, as float64: what is read back is the same bit for bit.
 
-    `table` is `trajectory.to_polars()` where the caller has it. Not compressed: of such digits a codec saves a seventh.
+    Not compressed: of such digits a codec saves a seventh.
     """
-    import polars as pl
+    from polars.io.plugins import register_io_source
 
-    table = trajectory.to_polars() if table is None else table
-    packed = np.ascontiguousarray(trajectory.packed_covariance.T)
-    table = table.with_columns(pl.Series(name, row) for name, row in zip(COVARIANCE_COLUMNS, packed, strict=True))
+    def tables(*_: object) -> Iterator[pl.DataFrame]:
+        return (_full_table(part) for part in _pieces(trajectory))
+
+    source = register_io_source(tables, schema=_full_table(trajectory.rows(0, 0)).schema)
     with whole_file(path) as place:
-        table.write_parquet(place, compression="uncompressed")
+        source.sink_parquet(place, compression="uncompressed", row_group_size=PIECE)
 
 
-def write_csv(trajectory: Trajectory, path: Path, table: pl.DataFrame | None = None) -> None:
-    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell. `table` as for `write_parquet`."""
+def write_csv(trajectory: Trajectory, path: Path) -> None:
+    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell."""
     import polars as pl
 
-    table = trajectory.to_polars() if table is None else table
     # Rounded doubles print shorter and faster than a fixed number of decimals; a NaN is no number to other readers.
-    rounded = [pl.col(name).round(n) for name, n in DECIMALS.items()]
-    unknown = [name for name in table.columns[:-1] if table[name].is_nan().any()]
-    table = table.with_columns(rounded).with_columns(pl.col(name).fill_nan(None) for name in unknown)
-    with whole_file(path) as place:
-        table.write_csv(place)
+    rounded = [pl.col(name).round(n).fill_nan(None) for name, n in DECIMALS.items()]
+    with whole_file(path) as place, place.open("wb") as file:
+        for k, part in enumerate(_pieces(trajectory)):
+            part.to_polars().with_columns(rounded).write_csv(file, include_header=k == 0)
+
+
+def _pieces(trajectory: Trajectory) -> Iterator[Trajectory]:
+    """The trajectory in pieces (at least one): a table of all of it would double the memory that it takes."""
+    for start in range(0, max(len(trajectory), 1), PIECE):
+        yield trajectory.rows(start, start + PIECE)
+
+
+def _full_table(trajectory: Trajectory) -> pl.DataFrame:
+    import polars as pl
+
+    packed = zip(COVARIANCE_COLUMNS, trajectory.packed_covariance.T, strict=True)
+    return trajectory.to_polars().with_columns(pl.Series(name, column) for name, column in packed)
 
 
 def read_trajectory(path: str | Path) -> Trajectory:
