@@ -11,7 +11,7 @@ from bematist.clock import Clock, Mode, repair
 from bematist.errors import DataError
 from bematist.frames import axes_matrix
 from bematist.io.raw import WORDS, Raw, Stream
-from bematist.io.scale import check_forced, factor, time_factor
+from bematist.io.scale import check_forced, factor, time_factor, times
 from bematist.io.suspect import stuck, warnings_of
 from bematist.recording import Recording
 
@@ -52,8 +52,9 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
     for name in ("magnetic_flux_density", "pressure"):
         if name in clocks:
             scaled[name] = raw.streams[name].values
+    since = time - time[0]
     for name in list(scaled):
-        scaled[name] = scaled[name] * factor(raw, name, scaled, time - time[0], forced)
+        scaled[name] = times(scaled[name], factor(raw, name, scaled, since, forced))
     if axes:
         M = axes_matrix(axes)
         for name in ("specific_force", "angular_rate", "magnetic_flux_density"):
@@ -133,7 +134,7 @@ def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
 def _pick(values: Array, rows: Rows) -> Array:
     """Rows of a table, which is not copied when all are asked for in order."""
     whole = len(rows) == len(values) and (not len(rows) or (rows[0] == 0 and np.all(np.diff(rows) == 1)))
-    return values if whole else values[rows]
+    return values if whole else np.take(values, rows, 0)
 
 
 def _shared(clock: Clock, rows: Rows, stream: Stream) -> Clock | None:
@@ -166,13 +167,15 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
         if stream is None:
             continue
         columns = stream.values.T
-        with np.errstate(invalid="ignore", over="ignore"):
-            whole = np.isfinite(sum(columns[1:], start=columns[0]))  # by columns: far faster than by rows
+        finite = np.isfinite(stream.values)
+        # By columns: far faster than by rows.
+        whole = np.logical_and.reduce(list(finite.T))
+        some = np.logical_or.reduce(list(finite.T))
         damaged = max(np.fmax.reduce(columns, None), -np.fmin.reduce(columns, None)) >= BEYOND
         if damaged:
             whole &= np.abs(columns).max(0) < BEYOND
         broken = np.flatnonzero(~whole)
-        partial = broken[np.logical_or.reduce([np.isfinite(c[broken]) for c in columns])]
+        partial = np.flatnonzero(some & ~whole)
         if damaged:
             beyond: NDArray[np.bool_] = np.asarray((np.abs(columns[:, broken]) >= BEYOND).any(0))
             raw.warnings.append(f"{beyond.sum()} {WORDS[name]} samples beyond anything a sensor can read were left out.")

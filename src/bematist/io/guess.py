@@ -68,6 +68,8 @@ def _force_unit(norm: float) -> tuple[str, str]:
 def _rate_unit(force: Array, rate: Array, time: Array) -> tuple[str, str]:
     """deg/s or rad/s. First by gravity, which must turn as the gyroscope says; else by the size of the peaks."""
     peak = peak_rate(rate)
+    part = _middle(time)
+    force, rate, time = force[part], rate[part], time[part]
     errors = {u: gravity_mismatch(force, rate * units.ANGULAR_RATE[u], time) for u in ("rad/s", "deg/s")}
     best, other = sorted(errors, key=lambda u: errors[u])
     if np.isfinite(errors[best]) and errors[best] < 0.4 * errors[other]:
@@ -87,14 +89,19 @@ def peak_rate(rate: Array) -> float:
     return float(np.partition(norm, k)[k]) if len(norm) else 0.0
 
 
+def _middle(time: Array) -> slice:
+    """The samples that are judged by the turning of gravity."""
+    first = max(0, (len(time) - JUDGED) // 2)
+    return slice(first, first + JUDGED)
+
+
 def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
     """Median angle (rad) between the gravity that the gyroscope predicts a moment ahead and the one measured.
 
     The moment is 0.1 s, or longer where the sensor tilts too little. Only instants whose norm is near gravity count, and those
     between which the sensor tilts: NaN where there are fewer than 20.
     """
-    first = max(0, (len(time) - JUDGED) // 2)
-    part = slice(first, first + JUDGED)
+    part = _middle(time)
     good = np.isfinite(force[part]).all(1) & np.isfinite(rate_rad_s[part]).all(1)
     f, w, t = force[part][good], rate_rad_s[part][good], time[part][good]
     norm, g = norms(f), rest_norm(f)
@@ -180,10 +187,10 @@ def saturated(values: Array) -> list[tuple[int, float, int]]:
     """
     found = []
     for axis in range(values.shape[1]):
-        x = values[:, axis]
+        x = values[:, axis].copy()
         if not np.isfinite(x).any():
             continue
-        for extreme in (float(np.nanmax(x)), float(np.nanmin(x))):
+        for extreme in (float(np.fmax.reduce(x)), float(np.fmin.reduce(x))):
             there = np.flatnonzero(x == extreme)
             if len(there) < 3 or len(there) > len(x) // 2 or extreme == 0:
                 continue

@@ -43,6 +43,11 @@ def time_factor(raw: Raw, forced: Mapping[str, str]) -> float:
     return UNITS["time"][unit]
 
 
+def times(values: Array, factor: float) -> Array:
+    """Values times the factor; the same array where that is 1."""
+    return values if factor == 1 else values * factor
+
+
 def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced: Mapping[str, str]) -> float:
     """Factor to SI (µT), with a note on where the unit comes from and a warning where it is a guess or doubtful."""
     word = WORDS[name]
@@ -65,7 +70,7 @@ def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced
         )
         return UNITS[name][found]
     raw.notes.append(f"Units of the {word}: {unit}, {raw.unit_source}")
-    doubt = guess.doubt(name, values[name] * UNITS[name][unit], values, time)
+    doubt = guess.doubt(name, times(values[name], UNITS[name][unit]), values, time)
     if doubt:
         found, why = guess.unit_of(name, values, time)
         likely = f" The values look like {found} ({why}): if so, give --units {name}={found}." if found != unit else ""

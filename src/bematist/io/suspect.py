@@ -43,6 +43,12 @@ def warnings_of(time: Array, force: Array, rate: Array) -> Iterator[str]:
 
 def stuck(word: str, values: Array) -> Iterator[str]:
     """A warning about the axes (N,3) that never change."""
-    axes = ["xyz"[k] for k in range(3) if len(values) > 10 and np.nanmax(values[:, k]) == np.nanmin(values[:, k])]
+    axes = ["xyz"[k] for k in range(3) if len(values) > 10 and _constant(values[:, k])]
     if axes:
         yield f"The {word} never changes on {', '.join(axes)}: it may be stuck or not recorded."
+
+
+def _constant(x: Array) -> bool:
+    """Whether the values (N,) that are not NaN are all the same."""
+    head = x[:1000]
+    return not np.fmax.reduce(head) > np.fmin.reduce(head) and bool(np.fmax.reduce(x) == np.fmin.reduce(x))
