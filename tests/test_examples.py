@@ -11,6 +11,7 @@ from bematist.foot import FootParameters
 from bematist.io import write_recording, write_reference
 from bematist.parameters import main as print_parameters
 from bematist.simulate import simulate
+from bematist.stance import DEFAULT_THRESHOLDS
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -111,6 +112,11 @@ def test_every_parameter_is_explained():
     assert not [name for name in names if f"| `{name}` |" not in table]
     assert not [name for name in names if f"`{name}`" not in prose]
     assert not [row for row in re.findall(r"^\| `[a-z_.]+` \| (.*?) \|", table, re.MULTILINE) if not row.strip()]
+
+
+def test_default_thresholds_are_told():
+    prose = (ROOT / "docs" / "stance.md").read_text("utf-8")
+    assert all(f"`{name}` {value:g}" in prose for name, value in DEFAULT_THRESHOLDS.items())
 
 
 def test_only_marked_blocks_are_taken():
