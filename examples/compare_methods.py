@@ -20,7 +20,7 @@ for trajectory in trajectories:
     line = f"{trajectory.method:10} {trajectory.distance_m:8.2f} m"
     if recording.reference is not None:
         found = bm.evaluate(trajectory, recording.reference, align="yaw")
-        line += f", rms error {found.ate_m:.2f} m in space, {found.ate_plan_m:.2f} m in plan [{found.alignment.kind}]"
+        line += f", rms error in plan {found.ate_plan_m:.2f} m [{found.alignment.kind}], length {found.length_ratio:.4f} of the true one"
     print(line)
 
 write_report(trajectories, folder / "compare.html", reference=recording.reference)
