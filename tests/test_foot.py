@@ -84,6 +84,15 @@ class TestEveryMethod:
         text = " ".join(t.warnings)
         assert "bridged" in text and "held" in text and "skipped" in text
 
+    def test_rows_that_were_skipped_belong_to_the_gap(self, name):
+        w = RECORDING.angular_rate.copy()
+        w[1500:1700] = np.nan
+        t = bm.track(RECORDING.replace(angular_rate=w), name)
+        skipped = int((t.diagnostics["bridged"] == 2).sum())
+        assert 150 < skipped <= 200
+        told = next(warning for warning in t.warnings if warning.startswith("1 gap(s) of "))
+        assert float(told.split()[3]) == pytest.approx((skipped + 1) / RECORDING.rate_hz, abs=0.006)
+
     def test_no_samples(self, name):
         empty = np.empty((0, 3))
         with pytest.raises(bm.DataError, match="0 sample"):
@@ -92,7 +101,7 @@ class TestEveryMethod:
     def test_without_magnetometer(self, name):
         t = bm.track(shaken(3000, magnetometer=False), name)
         assert np.isfinite(t.position).all()
-        assert any("magnetometer" in w for w in t.warnings) == (METHODS[name].parameters.magnetic.use != "off")
+        assert any("magnetometer" in w for w in t.warnings) == (METHODS[name].parameters.magnetic.use == "reset")
 
     def test_summary_and_table(self, name):
         t = bm.track(RECORDING, name)
@@ -133,6 +142,35 @@ def test_time_that_does_not_increase_is_dropped():
     before = len(ins.update(rows[2500:2510]))
     ins.update(rows[2490:2510])
     assert before == 10 and "20 sample(s)" in ins.warnings[-1]
+
+
+def test_one_navigator_one_recording():
+    ins = FootIns()
+    ins.run(RECORDING)
+    with pytest.raises(bm.UsageError, match="a new one"):
+        ins.run(RECORDING)
+    ins = FootIns()
+    ins.update(RECORDING.samples()[:2500])
+    ins.finish()
+    with pytest.raises(bm.UsageError, match="a new FootIns"):
+        ins.update(RECORDING.samples()[2500:])
+
+
+def test_a_knock_during_the_rest_does_not_spoil_the_start():
+    r = shaken(4000)
+    f = r.specific_force.copy()
+    f[80:84] += 5.0
+    ins = FootIns()
+    ins.run(r.replace(specific_force=f))
+    assert ins.alignment is not None and ins.alignment.rest[0] > 80
+    assert ins.alignment.gyro_bias_sd < 0.002
+
+
+def test_a_gap_of_missing_values_is_measured_in_seconds():
+    w = RECORDING.angular_rate.copy()
+    w[2600:2700] = np.nan
+    t = bm.track(RECORDING.replace(angular_rate=w), "zupt")
+    assert any("1 gap(s) of 0.48 s" in x or "1 gap(s) of 0.49 s" in x for x in t.warnings), t.warnings
 
 
 def test_nine_states_keep_the_offsets():

@@ -95,14 +95,24 @@ class Filter:
         H[:, 3:6] = np.eye(3)
         return self.update(H, self.v.copy(), np.eye(3) * sd**2, attitude)
 
-    def forget_attitude(self, tilt_sd, direction_sd):
+    def set_attitude(self, raw, m):
+        """State 3: TRIAD of what is measured, and psi = A x + noise with x the offset of the accelerometer."""
+        field = self.magnetic["field"]
+        self.C = triad(raw - self.ba, m, np.array([0, 0, 1.0]), field)
+        J = self.triad_jacobian()
+        A = J[:, :2] @ self.C[:2] / self.g
+        T = np.eye(15)
+        T[:3, :3], T[:3, 9:12] = 0, A
+        noise = np.diag(np.square([self.magnetic["tilt_sd"], self.magnetic["tilt_sd"], self.magnetic["direction_sd"]]))
+        self.P = T @ self.P @ T.T
+        self.P[:3, :3] += J @ noise @ J.T
+
+    def triad_jacobian(self):
+        """psi over (error of the specific force in n, east and north, over g; direction of the field)."""
         m = self.magnetic["field"]
         h = m[:2] / np.linalg.norm(m[:2])
         slope = m[2] / np.linalg.norm(m[:2])
-        # psi = J (tilt_x, tilt_y, direction): psi_z = slope h·tilt + direction
-        J = np.array([[1, 0, 0], [0, 1, 0], [slope * h[0], slope * h[1], 1]])
-        self.P[:3, :] = self.P[:, :3] = 0
-        self.P[:3, :3] = J @ np.diag([tilt_sd**2, tilt_sd**2, direction_sd**2]) @ J.T
+        return np.array([[0, 1, 0], [-1, 0, 0], [-slope * h[1], slope * h[0], 1]])
 
     def gate(self, m, C):
         ref = self.magnetic["field"]
@@ -112,21 +122,20 @@ class Filter:
         dip = np.arcsin(-(C @ m)[2] / np.linalg.norm(m)) - np.arcsin(-ref[2] / norm)
         return abs(dip) <= self.magnetic["inclination_tolerance"]
 
-    def step(self, f, w, dt, sd, m=None):
+    def step(self, f, w, dt, sd, m=None, still=False):
         raw = f
         middle, f = self.predict(f, w, dt)
         use = self.magnetic["use"] if self.magnetic else "off"
         usable = m is not None and use != "off" and sd > 0 and self.gate(m, middle)
-        reset = usable and use == "reset" and abs(np.linalg.norm(f) - self.g) <= self.magnetic["force_tolerance"]
+        reset = usable and use == "reset" and still
         if reset:
-            self.C = triad(raw, m, np.array([0, 0, 1.0]), self.magnetic["field"])
+            self.set_attitude(raw, m)
             middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T
-            self.forget_attitude(self.magnetic["tilt_sd"], self.magnetic["direction_sd"])
         self.integrate(middle, f, dt)
         if sd > 0:
             self.zero_velocity(sd, attitude=not reset)
             if reset:
-                self.forget_attitude(self.magnetic["tilt_sd"], self.magnetic["direction_sd"])
+                self.set_attitude(raw, m)
             elif usable:
                 self.heading(m)
 
@@ -139,5 +148,5 @@ class Filter:
         H = np.zeros((1, 15))
         H[0, :3] = -slope * h[0], -slope * h[1], 1
         R = np.array([[self.magnetic["heading_sd"] ** 2]])
-        if nu**2 <= self.magnetic["heading_gate"] * float((H @ self.P @ H.T + R)[0, 0]):
+        if nu**2 <= self.magnetic["heading_tolerance"] ** 2 + 4 * float((H @ self.P @ H.T)[0, 0]):
             self.update(H, np.array([nu]), R)

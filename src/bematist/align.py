@@ -116,13 +116,13 @@ def triad(a1: Array, b1: Array, a2: Array, b2: Array) -> Array:
 
 
 def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float) -> tuple[int, int, bool]:
-    """First and one-past-last row of the first long enough rest, and whether it is one; else the quietest tenth of a second."""
+    """First and one-past-last row of the longest rest, and whether it is one; else the quietest tenth of a second."""
     statistic = detect(rows, StanceParameters(window_s=0.1), rate_hz, gravity=gravity)[:, 0]
     still = statistic < parameters.rest_statistic
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
     long_enough = rows[edges[:, 1] - 1, 0] - rows[edges[:, 0], 0] >= parameters.shortest_s
     if long_enough.any():
-        first, last = edges[np.argmax(long_enough)]
+        first, last = edges[np.argmax(edges[:, 1] - edges[:, 0])]
         # The window reaches over the edge of the rest by half its length.
         half = StanceParameters(window_s=0.1).window_samples(rate_hz) // 2
         if last < len(rows) and last - first > 4 * half:
@@ -135,10 +135,13 @@ def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gr
     return first, min(first + n, len(rows)), False
 
 
-def initial_alignment(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float) -> Alignment:
+def initial_alignment(
+    rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float, gap_s: float
+) -> Alignment:
     """Level, aim and calibrate on the rest at the start of sample rows (K,10), the first `longest_s` of a recording.
 
-    A recording that begins in motion is levelled on its quietest tenth of a second, and turned back from there by the gyroscope.
+    A recording that begins in motion is levelled on its quietest tenth of a second, and turned back from there by the gyroscope; steps
+    longer than `gap_s` are gaps, in which nothing is known to turn.
 
     Raises
     ------
@@ -169,7 +172,13 @@ def initial_alignment(rows: Array, parameters: InitialParameters, rate_hz: float
         bias, variance = gain * w.mean(0), (1 - gain) * prior
         if rows[first, 0] - rows[0, 0] > 0.5:
             warnings.append(
-                f"The recording begins in motion; the first rest, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start."
+                f"The longest rest of the first seconds, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start, and the attitude "
+                "turned back from there by the gyroscope. Stand still before walking."
+            )
+        if np.linalg.norm(w.mean(0)) > 3 * parameters.gyro_bias_sd:
+            warnings.append(
+                f"The gyroscope reads {math.degrees(float(np.linalg.norm(w.mean(0)))):.1f} deg/s at rest: the rest may be none, or the "
+                "gyroscope's offset is large or its unit wrong."
             )
     else:
         warnings.append(
@@ -180,9 +189,9 @@ def initial_alignment(rows: Array, parameters: InitialParameters, rate_hz: float
     field = _mean_field(rows[first:last], matrix_from_quaternion(attitude))
     attitude, turn = _aim(attitude, up, field, parameters, warnings)
     field = turn @ field if field is not None else None
-    moving_start = first > 0 and (not resting or rows[first, 0] - rows[0, 0] > 0.1)
+    moving_start = not resting or rows[first, 0] - rows[0, 0] > 0.1
     return Alignment(
-        attitude=_turn_back(attitude, rows[: first + 1], bias),
+        attitude=_turn_back(attitude, rows[: first + 1], bias, gap_s),
         gyro_bias=bias,
         gyro_bias_sd=math.sqrt(variance),
         tilt_sd=parameters.tilt_sd * (1.0 if resting else 3.0),
@@ -217,10 +226,14 @@ def _aim(attitude: Array, up: Array, field: Array | None, parameters: InitialPar
     return multiply(q, attitude), matrix_from_quaternion(q)
 
 
-def _turn_back(attitude: Array, rows: Array, bias: Array) -> Array:
-    """Attitude at the first of rows (K,10) from the attitude at the last, by the gyroscope."""
-    w = rows[1:, 4:7] - bias
-    angles = np.where(np.isfinite(w), w, 0.0) * np.diff(rows[:, 0])[:, None]
-    for q in quaternion_from_rotation_vector(angles)[::-1]:
+def _turn_back(attitude: Array, rows: Array, bias: Array, gap_s: float) -> Array:
+    """Attitude at the first of rows (K,10) from the attitude at the last, by the gyroscope, whose missing values are held backwards."""
+    good = np.isfinite(rows[:, 4:7]).all(1)
+    if len(rows) < 2 or not good.any():
+        return attitude
+    following = np.minimum.accumulate(np.where(good, np.arange(len(rows)), len(rows))[::-1])[::-1]
+    w = rows[np.minimum(following, np.flatnonzero(good)[-1]), 4:7] - bias
+    dt = np.diff(rows[:, 0])
+    for q in quaternion_from_rotation_vector(w[1:] * np.where(dt > gap_s, 0.0, dt)[:, None])[::-1]:
         attitude = multiply(attitude, conjugate(q))
     return attitude / np.linalg.norm(attitude)

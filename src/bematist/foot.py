@@ -77,6 +77,7 @@ class FootIns:
         self.alignment: Alignment | None = None
         self.warnings: list[str] = []
         self._gathered: list[Array] = []
+        self._finished = False
         self._last_time = -math.inf
         self._rate_hz = math.nan
         self._state: tuple[NDArray[np.int64], Array, Array, Array] | None = None
@@ -91,6 +92,8 @@ class FootIns:
 
         progress is called with the number of samples done and of all. Raises DataError where the recording cannot be processed.
         """
+        if self._state is not None or self._gathered:
+            raise UsageError("This FootIns has been given samples already: make a new one for each recording.")
         if len(recording) < 2:
             raise DataError(f"{recording.source or 'The recording'}: {len(recording)} sample(s) make no path. Record for longer.")
         started = time.perf_counter()
@@ -103,7 +106,8 @@ class FootIns:
             done += self._advance(recording.samples(start, start + size), False, nav[done:], diagnostics[done:])
             if progress:
                 progress(min(start + size, n), n)
-        self._advance(np.empty((0, 10)), True, nav[done:], diagnostics[done:])
+        done += self._advance(np.empty((0, 10)), True, nav[done:], diagnostics[done:])
+        nav, diagnostics = nav[:done], diagnostics[:done]
         elapsed = time.perf_counter() - started
         warnings = (*recording.warnings, *self.warnings, *self._judge(nav, diagnostics))
         return self._trajectory(nav, diagnostics, warnings=warnings, processing_s=elapsed, source=recording.source)
@@ -129,7 +133,9 @@ class FootIns:
 
     def finish(self) -> Trajectory:
         """No more samples will come: the trajectory of those that were still waiting."""
-        return self._piece(np.empty((0, 10)), True)
+        piece = self._piece(np.empty((0, 10)), True)
+        self._finished = True
+        return piece
 
     def step(self, row: Array) -> Array | None:
         """`update` for one row (1,10), C-contiguous float64: one result row (29,) valid until the next call, or None.
@@ -140,6 +146,7 @@ class FootIns:
         if self._state is None:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
+        self._last_time = row[0, 0]
         n = filter_kernel.run(index, memory, S, prm, row, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
         if n < 0:
             n = self._run(row, False, self._row, self._row_diagnostics)
@@ -154,6 +161,8 @@ class FootIns:
             "last_time": self._last_time,
             "rate_hz": self._rate_hz,
             "warnings": list(self.warnings),
+            "finished": self._finished,
+            "alignment": self.alignment,
             "state": None if self._state is None else [a.copy() for a in self._state],
         }
 
@@ -165,6 +174,7 @@ class FootIns:
         self._last_time = saved["last_time"]
         self._rate_hz = saved["rate_hz"]
         self.warnings = list(saved["warnings"])
+        self._finished, self.alignment = saved["finished"], saved["alignment"]
         if saved["state"] is not None:
             index, memory, S, prm = (a.copy() for a in saved["state"])
             self._state = (index, memory, S, prm)
@@ -184,6 +194,8 @@ class FootIns:
 
     def _advance(self, rows: Array, finish: bool, nav: Array, diagnostics: NDArray[np.float32]) -> int:
         """Feed rows; write what is decided into nav and diagnostics; return how many rows that is."""
+        if self._finished:
+            raise UsageError("finish() was called: make a new FootIns for more samples.")
         rows = self._increasing(rows)
         if self._state is None:
             if len(rows):
@@ -228,8 +240,9 @@ class FootIns:
 
     def _start(self, head: Array) -> None:
         p = self.parameters
-        self._rate_hz = float(1 / np.median(np.diff(head[:, 0]))) if len(head) > 1 else 100.0
-        a = initial_alignment(head, p.initial, self._rate_hz, p.gravity, p.noise.angle_random_walk)
+        self._rate_hz = stance.sampling_rate(head[:, 0], p.initial.longest_s)
+        gap_s = p.gap.seconds(self._rate_hz)
+        a = initial_alignment(head, p.initial, self._rate_hz, p.gravity, p.noise.angle_random_walk, gap_s)
         self.alignment = a
         self.warnings += a.warnings
         index, memory = stance.memory(p.stance, self._rate_hz)
@@ -255,7 +268,7 @@ class FootIns:
         prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
         prm[kernel.THRESHOLD], prm[kernel.FLOOR], prm[kernel.RATIO] = p.stance.limit, p.stance.floor, p.stance.ratio
         prm[kernel.ZERO_VELOCITY_SD] = p.zero_velocity.sd
-        prm[kernel.GAP_S] = max(p.gap.longest_step_s, 3.5 / self._rate_hz)
+        prm[kernel.GAP_S] = p.gap.seconds(self._rate_hz)
         prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd
         prm[kernel.GAP_BALLISTIC_S] = p.gap.ballistic_s
         self._set_field(prm, a)
@@ -266,12 +279,12 @@ class FootIns:
         m = self.parameters.magnetic
         prm[kernel.NORM_TOLERANCE], prm[kernel.INCLINATION_TOLERANCE] = m.norm_tolerance, m.inclination_tolerance
         prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
-        prm[kernel.FORCE_TOLERANCE] = m.force_tolerance
-        prm[kernel.HEADING_SD], prm[kernel.HEADING_GATE] = m.heading_sd, m.heading_gate
+        prm[kernel.STILL_FRACTION] = m.still_fraction
+        prm[kernel.HEADING_SD], prm[kernel.HEADING_TOLERANCE] = m.heading_sd, m.heading_tolerance
         prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
         prm[kernel.FIELD_E] = 1.0
         if a.field is None:
-            if m.use != "off":
+            if m.use == "reset":
                 self.warnings.append(
                     "The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."
                 )
@@ -293,12 +306,13 @@ class FootIns:
         """Warnings about the result."""
         found = []
         stood = np.isfinite(diagnostics[:, kernel.ZV_SD])
-        step = np.diff(nav[:, 0])
-        bridged = np.flatnonzero(diagnostics[:, kernel.BRIDGED] == kernel.BRIDGED_OVER)
-        if len(bridged):
+        known = np.flatnonzero(diagnostics[:, kernel.BRIDGED] != stance.kernel.MISSING)
+        bridged = diagnostics[known, kernel.BRIDGED] == kernel.BRIDGED_OVER
+        if bridged.any():
+            gaps = np.diff(nav[known, 0])[bridged[1:]]
             found.append(
-                f"{len(bridged)} gap(s) of {step[bridged - 1].sum():.2f} s in all were bridged, the longest "
-                f"{step[bridged - 1].max():.2f} s: the path is in doubt from there on."
+                f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the path is in doubt "
+                "from there on."
             )
         for value, word in ((1, "held over missing values"), (2, "skipped, values missing for too long")):
             n = int((diagnostics[:, kernel.BRIDGED] == value).sum())
@@ -313,7 +327,7 @@ class FootIns:
         if speed > 15:
             found.append(f"The speed of the foot reaches {speed:.0f} m/s: stances are missed or the units are wrong.")
         gate = diagnostics[:, kernel.GATE]
-        if self.parameters.magnetic.use != "off" and (gate > 0).any():
+        if self._state is not None and self._state[3][kernel.MAGNETIC_USE] != kernel.MAGNETIC_OFF and (gate > 0).any():
             share = float((gate[stood & (gate > 0)] == kernel.USED).mean()) if (stood & (gate > 0)).any() else 0.0
             if share < 0.05:
                 found.append(

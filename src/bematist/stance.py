@@ -13,6 +13,7 @@ from bematist.earth import STANDARD_GRAVITY
 from bematist.kernels import stance as kernel
 from bematist.parameters import Parameters
 from bematist.recording import Recording
+from bematist.updates import GapParameters
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,12 @@ class StanceParameters(Parameters):
         return ((self.window_samples(rate_hz) - 1) // 2 + self.lookaround_samples(rate_hz)) / rate_hz
 
 
+def sampling_rate(time: Array, longest_s: float = 10.0) -> float:
+    """Rate in Hz of the first `longest_s` of times (N,), which sets the windows; 100 where it cannot be told."""
+    head = time[: int(np.searchsorted(time, time[0] + longest_s, side="right"))] if len(time) else time
+    return float(1 / np.median(np.diff(head))) if len(head) > 1 else 100.0
+
+
 def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int64], Array]:
     """Empty state of the compiled detector: index (int64) and memory (float64)."""
     window, look = parameters.window_samples(rate_hz), parameters.lookaround_samples(rate_hz)
@@ -155,15 +162,11 @@ def analyse(
     parameters: StanceParameters | None = None,
     *,
     gravity: float = STANDARD_GRAVITY,
-    gap_s: float = 0.1,
 ) -> StanceAnalysis:
-    """The detector over a whole recording, without the filter.
-
-    gravity in m/s²; gap_s is how long, in s, a missing value is held.
-    """
+    """The detector over a whole recording, without the filter but with its verdicts. gravity in m/s²."""
     parameters = parameters or StanceParameters()
-    rate = recording.rate_hz if len(recording) > 1 else 100.0
-    out = detect(recording.samples(), parameters, rate, gravity=gravity, gap_s=max(gap_s, 3 / rate))
+    rate = sampling_rate(recording.time)
+    out = detect(recording.samples(), parameters, rate, gravity=gravity, gap_s=GapParameters().seconds(rate))
     return StanceAnalysis(recording.time, out[:, 0], out[:, 1], out[:, 2] > 0, parameters)
 
 
@@ -173,7 +176,7 @@ def detect(
     rate_hz: float,
     *,
     gravity: float = STANDARD_GRAVITY,
-    gap_s: float = 0.1,
+    gap_s: float = 0.02,
     zero_velocity_sd: float = 0.01,
 ) -> Array:
     """Statistic, threshold and zero-velocity standard deviation (m/s, 0 in swing) of sample rows (N,10): (N,3)."""

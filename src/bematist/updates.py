@@ -40,11 +40,12 @@ class MagneticParameters(Parameters):
         gt=0,
         description="Gate: largest difference, rad, of the inclination to the one at the start; a field that was turned keeps its norm.",
     )
-    force_tolerance: float = Field(
-        default=0.2,
+    still_fraction: float = Field(
+        default=0.1,
         gt=0,
-        description="reset: largest difference of the norm of the specific force to gravity, m/s². TRIAD takes it for up, and at the "
-        "edges of a stance the foot already accelerates.",
+        le=1,
+        description="reset: only where the stance statistic is below this fraction of its threshold. TRIAD takes the specific force for "
+        "up, and at the edges of a stance the foot already accelerates.",
     )
     tilt_sd: float = Field(
         default=math.radians(1.0),
@@ -57,15 +58,15 @@ class MagneticParameters(Parameters):
         description="reset: standard deviation of the horizontal direction of the field, rad (field noise over its horizontal part).",
     )
     heading_sd: float = Field(
+        default=math.radians(40.0),
+        gt=0,
+        description="heading: standard deviation of one sample's magnetic heading, rad. Disturbances last for seconds, so it is far above "
+        "white noise. Larger: heading follows the field more slowly.",
+    )
+    heading_tolerance: float = Field(
         default=math.radians(10.0),
         gt=0,
-        description="heading: standard deviation of one sample's magnetic heading, rad. Disturbances last longer than a sample, so it is "
-        "far above white noise.",
-    )
-    heading_gate: float = Field(
-        default=4.0,
-        gt=0,
-        description="heading: a sample whose squared innovation exceeds this many times its variance is refused.",
+        description="heading: gate, rad; a sample is refused that differs by more than this and twice the filter's own doubt.",
     )
 
 
@@ -73,7 +74,7 @@ class GapParameters(Parameters):
     """How time without samples is bridged."""
 
     longest_step_s: float = Field(
-        default=0.1, gt=0, description="A longer step, s (and longer than three sampling periods), is a gap and is bridged."
+        default=0.02, gt=0, description="A longer step, s (and longer than 3.5 sampling periods), is a gap and is bridged."
     )
     rate_sd: float = Field(default=1.0, ge=0, description="Angular rate in a gap, rad/s: attitude is in doubt by this times its length.")
     speed_sd: float = Field(default=1.5, ge=0, description="Speed in a gap, m/s: position is in doubt by this times its length.")
@@ -82,3 +83,7 @@ class GapParameters(Parameters):
         ge=0,
         description="Up to this long, s, velocity and angular rate are carried on; longer, the foot is taken to have stopped.",
     )
+
+    def seconds(self, rate_hz: float) -> float:
+        """The step from which on time counts as a gap, s, at a sampling rate."""
+        return max(self.longest_step_s, 3.5 / rate_hz)

@@ -18,6 +18,7 @@ from bematist.kernels.layout import (
     FIELD_U,
     TILT_SD,
     E,
+    G,
     M,
     Q,
     V,
@@ -117,15 +118,17 @@ def zero_velocity(S, variance):
 
 
 @inlined
-def attitude_measurement(S, h0, h1, h2, nu, variance, gate):
-    """One scalar measurement nu = h·psi + noise: update P and estimate E unless nu²/S exceeds `gate`. True when used."""
-    s = variance
+def attitude_measurement(S, h0, h1, h2, nu, variance, tolerance):
+    """One scalar measurement nu = h·psi + noise: update P and estimate E. False, and nothing done, where nu is too large.
+
+    Too large: beyond both `tolerance` (rad) and twice what the filter itself is unsure of, taken together as squares.
+    """
     for c in range(16):
         S[W + c] = h0 * S[c] + h1 * S[16 + c] + h2 * S[32 + c]
-    s += h0 * S[W] + h1 * S[W + 1] + h2 * S[W + 2]
-    if nu * nu > gate * s:
+    own = h0 * S[W] + h1 * S[W + 1] + h2 * S[W + 2]
+    if nu * nu > tolerance * tolerance + 4 * own:
         return False
-    i = 1 / math.sqrt(s)
+    i = 1 / math.sqrt(own + variance)
     for c in range(16):
         S[W + c] *= i
         S[E + c] = S[W + c] * (nu * i)
@@ -137,25 +140,37 @@ def attitude_measurement(S, h0, h1, h2, nu, variance, gate):
 
 
 @inlined
-def forget_attitude(S, prm):
-    """The attitude was replaced: its cross-covariances are void and its covariance is that of TRIAD (erratum of Table 2).
+def replace_attitude(S, prm, c0, c1, c2, c3, c4, c5):
+    """Covariance after the attitude was replaced by TRIAD's, of which (c0 … c5) are the first two rows (erratum of Table 2).
 
-    First-order errors of TRIAD with up exact in the first vector: tilt from the accelerometer, yaw from the transverse field and from
-    tilt through the dip, psi_z = ((h·psi) m_z - t·e_m) / m_h with h the horizontal direction of the field and t across it.
+    First-order errors of TRIAD, with up exact in its first vector: psi_x = e_y / g, psi_y = -e_x / g, with e the error of the specific
+    force in n, and psi_z = ((h·psi) m_z - t·e_m) / m_h, with h the horizontal direction of the field and t across it. The old errors of the
+    attitude are gone. Of e, white noise is new, but the accelerometer's offset x is not: e = C x, so psi = A x + noise, and psi takes over
+    A times the covariances of x. Without them every stance would seem to tell tilt and offset apart, which it cannot.
     """
     horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
     slope = prm[FIELD_U] / horizontal
     he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
+    g = 1 / prm[G]
+    a00, a01, a02 = c3 * g, c4 * g, c5 * g
+    a10, a11, a12 = -c0 * g, -c1 * g, -c2 * g
+    z0, z1 = slope * he, slope * hn
+    for c in range(3, 15):
+        b0, b1, b2 = S[144 + c], S[160 + c], S[176 + c]
+        x = a00 * b0 + a01 * b1 + a02 * b2
+        y = a10 * b0 + a11 * b1 + a12 * b2
+        z = z0 * x + z1 * y
+        S[c], S[16 + c], S[32 + c] = x, y, z
+        S[16 * c], S[16 * c + 1], S[16 * c + 2] = x, y, z
     tilt = prm[TILT_SD] * prm[TILT_SD]
-    for r in range(3):
-        for c in range(15):
-            S[16 * r + c] = 0.0
-            S[16 * c + r] = 0.0
-    S[0] = tilt
-    S[17] = tilt
-    S[34] = slope * slope * tilt + prm[DIRECTION_SD] * prm[DIRECTION_SD]
-    S[2] = S[32] = slope * he * tilt
-    S[18] = S[33] = slope * hn * tilt
+    xx = a00 * S[9] + a01 * S[10] + a02 * S[11] + tilt
+    xy = a10 * S[9] + a11 * S[10] + a12 * S[11]
+    yy = a10 * S[25] + a11 * S[26] + a12 * S[27] + tilt
+    S[0], S[17] = xx, yy
+    S[1] = S[16] = xy
+    S[2] = S[32] = z0 * xx + z1 * xy
+    S[18] = S[33] = z0 * xy + z1 * yy
+    S[34] = z0 * z0 * xx + 2 * z0 * z1 * xy + z1 * z1 * yy + prm[DIRECTION_SD] * prm[DIRECTION_SD]
 
 
 @inlined

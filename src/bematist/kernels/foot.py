@@ -6,7 +6,7 @@ ENU, so gravity is (0, 0, -g) (MAGINAV eq 15 is NED). Everything lives in one fl
 import math
 
 from bematist.kernels import stance
-from bematist.kernels.error_state import feed_back, forget_attitude, propagate_covariance, write_block, zero_velocity
+from bematist.kernels.error_state import feed_back, propagate_covariance, write_block, zero_velocity
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import (
     ACCEL_BIAS,
@@ -16,11 +16,7 @@ from bematist.kernels.layout import (
     BRIDGED,
     BRIDGED_OVER,
     DIAG,
-    FIELD_E,
-    FIELD_N,
     FLOOR,
-    FORCE_REFUSED,
-    FORCE_TOLERANCE,
     GAP_BALLISTIC_S,
     GAP_RATE,
     GAP_S,
@@ -33,6 +29,7 @@ from bematist.kernels.layout import (
     MAGNETIC_HEADING,
     MAGNETIC_RESET,
     MAGNETIC_USE,
+    MOTION_REFUSED,
     NIS,
     NO_SAMPLE,
     PASSED,
@@ -46,6 +43,7 @@ from bematist.kernels.layout import (
     STARTED,
     STATE,
     STATISTIC,
+    STILL_FRACTION,
     THRESHOLD,
     TIME,
     USED,
@@ -58,7 +56,7 @@ from bematist.kernels.layout import (
     V,
     X,
 )
-from bematist.kernels.magnetic import magnetic_gate, magnetic_heading, quaternion, triad
+from bematist.kernels.magnetic import magnetic_gate, magnetic_heading, set_attitude
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
 
 
@@ -105,7 +103,7 @@ def elapse(S, prm):
 
 
 @inlined
-def predict(S, prm, dt, standing, diag, k):
+def predict(S, prm, dt, standing, still, diag, k):
     """Attitude, velocity, position and covariance over dt seconds, up to the sample in S[ROW:]. True where TRIAD set the attitude."""
     f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
     w0, w1, w2 = S[ROW + 4] - S[BG], S[ROW + 5] - S[BG + 1], S[ROW + 6] - S[BG + 2]
@@ -120,18 +118,14 @@ def predict(S, prm, dt, standing, diag, k):
 
     gate = magnetic_gate(S, prm, C6, C7, C8, diag, k)
     reset = gate == PASSED and standing and prm[MAGNETIC_USE] == MAGNETIC_RESET
-    if reset and abs(math.sqrt(f0 * f0 + f1 * f1 + f2 * f2) - prm[G]) > prm[FORCE_TOLERANCE]:
+    if reset and not still:
         reset = False
-        gate = FORCE_REFUSED
+        gate = MOTION_REFUSED
     if reset:
-        # State 3, MAGINAV eqs 12, 13: the attitude is TRIAD's, from here on and for this sample's specific force.
-        c = triad(S[ROW + 1], S[ROW + 2], S[ROW + 3], S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
-        w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
-        S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
-        w, x, y, z = multiply(w, x, y, z, rw, -rx, -ry, -rz)
-        C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
-        forget_attitude(S, prm)
+        set_attitude(S, prm)
         gate = USED
+        w, x, y, z = multiply(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], rw, -rx, -ry, -rz)
+        C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
     diag[k, GATE] = gate
     if dt > 0:
         n0 = (C0 * f0 + C1 * f1 + C2 * f2) * dt
@@ -172,8 +166,8 @@ def correct(S, prm, sd, reset, diag, k):
     diag[k, STATE] = 3.0 if reset else 2.0
     feed_back(S, not reset)
     if reset:
-        # The attitude stays TRIAD's (eq 12), so what the update said of it is undone.
-        forget_attitude(S, prm)
+        # The attitude stays TRIAD's (eq 12), with the accelerometer's offset as it now is.
+        set_attitude(S, prm)
     elif diag[k, GATE] == PASSED and prm[MAGNETIC_USE] == MAGNETIC_HEADING:
         diag[k, GATE] = magnetic_heading(S, prm, S[ROW + 7], S[ROW + 8], S[ROW + 9])
 
@@ -190,7 +184,7 @@ def navigate(S, prm, statistic, limit, sd, nav, diag, k):
     diag[k, BRIDGED] = S[ROW + 10]
     if S[ROW + 10] < stance.MISSING:
         dt, diag[k, BRIDGED] = elapse(S, prm)
-        reset = predict(S, prm, dt, sd > 0, diag, k)
+        reset = predict(S, prm, dt, sd > 0, statistic <= prm[STILL_FRACTION] * limit, diag, k)
         if sd > 0:
             correct(S, prm, sd, reset, diag, k)
     write(S, S[ROW], nav, diag, k)

@@ -2,16 +2,17 @@
 
 import math
 
-from bematist.kernels.error_state import attitude_measurement, feed_back
+from bematist.kernels.error_state import attitude_measurement, feed_back, replace_attitude
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import (
+    BA,
     FIELD_E,
     FIELD_INCLINATION,
     FIELD_N,
     FIELD_NORM,
     FIELD_U,
-    HEADING_GATE,
     HEADING_SD,
+    HEADING_TOLERANCE,
     INCLINATION,
     INCLINATION_REFUSED,
     INCLINATION_TOLERANCE,
@@ -33,8 +34,8 @@ def triad(f0, f1, f2, m0, m1, m2, e, n):
     """Quaternion of C_nb from up (specific force) and the field, whose horizontal direction in n is (e, n)/|.|.
 
     MAGINAV eqs 10, 11 and Appendix A. Erratum of eq 11: C(0) TRIAD(f0, m0, fk, mk)ᵀ; since C(0) f0 is up and C(0) m0 the field at
-    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors. The accelerometer's offset is in f0 and
-    therefore stays in fk.
+    the start, that is the rotation of (f, m) onto (up, field). Erratum of eq 10: unit vectors. The offset is taken out of f, and up
+    is up, whatever f0 was.
     """
     s = 1 / math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
     u0, u1, u2 = f0 * s, f1 * s, f2 * s
@@ -75,6 +76,15 @@ def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
 
 
 @inlined
+def set_attitude(S, prm):
+    """State 3 of MAGINAV Table 2 (eqs 12, 13): the attitude is TRIAD's for the sample in S[ROW:], and so is its covariance."""
+    f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
+    c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
+    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
+    replace_attitude(S, prm, c[0], c[1], c[2], c[3], c[4], c[5])
+
+
+@inlined
 def magnetic_gate(S, prm, C6, C7, C8, diag, k):
     """Gates of the magnetometer sample of a row, if there is one; (C6, C7, C8) is up in b.
 
@@ -109,7 +119,7 @@ def magnetic_heading(S, prm, m0, m1, m2):
     slope = prm[FIELD_U] / horizontal
     nu = math.atan2(he * n - hn * e, he * e + hn * n)
     variance = prm[HEADING_SD] * prm[HEADING_SD]
-    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[HEADING_GATE]):
+    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[HEADING_TOLERANCE]):
         feed_back(S, True)
         return USED
     return INNOVATION_REFUSED

@@ -35,7 +35,7 @@ HELD = 8  # times of the last good specific force and angular rate, then their v
 HEAD_SIZE = 16
 
 REFRESH = 64
-SHOCK = 16.0  # a leaving |f|² above this many times what remains
+SHOCK = 16.0  # a leaving |f|² or |w|² above this many times what remains
 ROW = 11  # t f w m flag
 
 # detectors and rules
@@ -68,7 +68,8 @@ def _statistic(sums, detector, weight_a, weight_g, g):
         value = (ff - 2 * g * other + n * g * g) * weight_a / n
     else:
         value = math.sqrt(max(0.0, other) / n)
-    return max(0.0, value)
+    # Not a number, after an overflow: that is no rest.
+    return max(0.0, value) if value == value else math.inf
 
 
 @inlined
@@ -112,6 +113,12 @@ def _minus(a, b):
 
 
 @inlined
+def shocked(leaving, sums):
+    """Whether a sample that left was so large, or no number, that its rounding may matter in what remains."""
+    return not (leaving[3] <= SHOCK * sums[3] and leaving[4] <= SHOCK * max(sums[4], 1e-6))
+
+
+@inlined
 def _anew(index, memory, rows, flags, last, detector):
     """Sums of the window that ends with sample `last`, counted from the first of rows."""
     sums = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -146,14 +153,14 @@ def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
             for i in range(k, stop):
                 leaving = _new(rows, flags, i - size, detector)
                 sums = _minus(_plus(sums, _new(rows, flags, i, detector)), leaving)
-                if leaving[3] > SHOCK * sums[3]:
+                if shocked(leaving, sums):
                     sums = _anew(index, memory, rows, flags, i, detector)
                 T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
         else:
             for i in range(k, stop):
                 leaving = _any(index, memory, rows, flags, i - size, detector)
                 sums = _minus(_plus(sums, _any(index, memory, rows, flags, i, detector)), leaving)
-                if leaving[3] > SHOCK * sums[3]:
+                if shocked(leaving, sums):
                     sums = _anew(index, memory, rows, flags, i, detector)
                 T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
         k = stop

@@ -21,7 +21,7 @@ GATES = {
     3: ("refused: innovation", "@4"),
     4: ("used", "@0"),
     5: ("passed, not used", "@5"),
-    6: ("refused: specific force", "@2"),
+    6: ("refused: motion", "@2"),
 }
 """Decisions of `magnetic_gate` on a sample: name and colour."""
 
