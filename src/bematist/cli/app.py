@@ -128,7 +128,9 @@ def main(args: Sequence[str] | None = None) -> int:
     command = typer.main.get_group(app)
     assert isinstance(command, Guarded)
     with _ended_by_sigterm(), _numerical_noise_held():
-        return command.status(args)
+        status = command.status(args)
+    gc.freeze()  # or the interpreter, on its way out, looks for cycles in all that was imported: half a second
+    return status
 
 
 def _settle() -> None:
