@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bematist.errors import DataError
 from bematist.io.head import Head
@@ -12,8 +14,15 @@ from bematist.io.mat import load
 from bematist.io.raw import Raw, Stream
 from bematist.recording import Reference
 
+Array = NDArray[np.float64]
+
 FARTHEST_M = 1e6
 """A reference position beyond it is a damaged number."""
+
+FASTEST_M_S = 15.0
+"""A marker that moves faster between two samples was lost and found, or taken for another; no foot does."""
+LOST_S = 1.0
+"""Between two such jumps that are no farther apart, the reference is not the foot."""
 
 
 def sniff(head: Head) -> bool:
@@ -53,4 +62,20 @@ def reference_of(mat: dict[str, Any]) -> Reference | None:
     if gt.shape != (len(ts), 3):
         return None
     gt = np.where(np.abs(gt) < FARTHEST_M, gt, np.nan)
-    return Reference(time=ts, position=gt, mirrored=True, note="Vicon position (PyShoe), left-handed room frame")
+    lost = _lost(gt, ts)
+    gt[lost] = np.nan
+    note = "Vicon position (PyShoe), left-handed room frame"
+    if lost.any():
+        note += f"; {lost.sum()} of {len(ts)} samples left out between jumps of the marker faster than {FASTEST_M_S:g} m/s"
+    return Reference(time=ts, position=gt, mirrored=True, note=note)
+
+
+def _lost(position: Array, time: Array) -> NDArray[np.bool_]:
+    """Samples (N,) that lie between two impossible jumps of positions (N,3) at most `LOST_S` apart."""
+    speed = np.linalg.norm(np.diff(position, axis=0), axis=1) / np.maximum(np.diff(time), 1e-6)
+    jumps = np.flatnonzero(speed > FASTEST_M_S)
+    lost = np.zeros(len(time), bool)
+    for first, last in itertools.pairwise(jumps):
+        if time[last] - time[first] < LOST_S:
+            lost[first + 1 : last + 1] = True
+    return lost
