@@ -103,10 +103,10 @@ def run_both(parameters, recording):
     result = ins.run(recording)
     a = ins.alignment
     p = parameters
-    sds = [a.tilt_sd] * 2 + [0] + [a.velocity_sd] * 3 + [0] * 3 + [p.initial.accel_bias_sd] * 3 + [a.gyro_bias_sd] * 3
+    P = ins._initial_covariance(a)
     psd = np.square([p.noise.angle_random_walk, p.noise.velocity_random_walk, 0, p.noise.accel_bias_walk, p.noise.gyro_bias_walk])
     magnetic = {**p.magnetic.model_dump(), "field": a.field} if a.field is not None else None
-    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, np.diag(np.square(sds)), psd, p.gravity, magnetic)
+    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, magnetic)
     rows = recording.samples()
     verdicts = detect(rows, p.stance, recording.rate_hz, zero_velocity_sd=p.zero_velocity.sd)
     sd = verdicts[:, 2]

@@ -34,7 +34,11 @@ class InitialParameters(Parameters):
     rest_statistic: float = Field(
         default=5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
     )
-    tilt_sd: float = Field(default=math.radians(1.0), ge=0, description="Tilt after levelling on a rest, rad.")
+    tilt_sd: float = Field(
+        default=math.radians(1.0),
+        ge=0,
+        description="Tilt after levelling on a rest, rad, apart from what the accelerometer's offset explains.",
+    )
     sway: float = Field(
         default=math.radians(0.1),
         ge=0,

@@ -15,6 +15,7 @@ from bematist import stance
 from bematist.align import Alignment, InitialParameters, initial_alignment
 from bematist.earth import STANDARD_GRAVITY
 from bematist.errors import DataError, UsageError
+from bematist.frames import matrix_from_quaternion
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.parameters import Parameters
@@ -248,13 +249,21 @@ class FootIns:
         index, memory = stance.memory(p.stance, self._rate_hz)
         S = np.zeros(kernel.WORKSPACE_SIZE)
         S[kernel.Q : kernel.Q + 4] = a.attitude
-        biases = p.states == 15
         S[kernel.BG : kernel.BG + 3] = a.gyro_bias
-        sds = [a.tilt_sd] * 2 + [0.0] + [a.velocity_sd] * 3 + [0.0] * 3
-        sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
-        S[kernel.P : 15 * 17 : 17] = np.square(sds)
+        S[: 15 * 16].reshape(15, 16)[:, :15] = self._initial_covariance(a)
         self._state = (index, memory, S, self._kernel_parameters(a))
         self._scratch = stance.scratch(index, 1)
+
+    def _initial_covariance(self, a: Alignment) -> Array:
+        """P (15,15). The accelerometer's offset tilted the levelling: psi_x = e_north / g, psi_y = -e_east / g, with e = C b_a."""
+        p = self.parameters
+        biases = p.states == 15
+        sds = [a.tilt_sd] * 2 + [0.0] + [a.velocity_sd] * 3 + [0.0] * 3
+        sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
+        C = matrix_from_quaternion(a.attitude)
+        T = np.eye(15)
+        T[0, 9:12], T[1, 9:12] = C[1] / p.gravity, -C[0] / p.gravity
+        return T @ np.diag(np.square(sds)) @ T.T
 
     def _kernel_parameters(self, a: Alignment) -> Array:
         p = self.parameters
