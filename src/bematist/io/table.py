@@ -70,11 +70,16 @@ def read_columns(
     columns = (
         _slow(head, header_line, names, wanted, separator, comment, comma, clock)
         if frame is None
-        else {name: frame.drop_in_place(name).to_numpy() for name in wanted}  # null becomes NaN
+        else {name: _array(frame.drop_in_place(name)) for name in wanted}
     )
     if not len(columns[wanted[0]]):
         raise DataError(f"{head.path}: there is a header but no row of data. Export the recording again.")
     return columns
+
+
+def _array(column: pl.Series) -> Array:
+    """Null becomes NaN. Chunk by chunk: polars would first make one chunk of all."""
+    return np.concatenate([chunk.to_numpy() for chunk in column.get_chunks()])
 
 
 def _fast(

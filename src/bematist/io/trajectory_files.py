@@ -27,7 +27,7 @@ rad²).
 DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]}
 """Decimals of the CSV: µs, µm, µm/s, and 1e-8 of a quaternion (a millionth of a degree)."""
 
-PIECE = 1 << 15
+PIECE = 1 << 14
 """Rows that are made into a table at a time, and of a row group of the Parquet file."""
 
 
