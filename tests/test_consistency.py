@@ -1,7 +1,7 @@
-"""Simulate and recover: on walks whose noise is the filter's, the errors are as large as the filter says (NEES), and so are the innovations.
+"""Simulate and recover: on walks whose noise is the filter's, the errors are as large as it says.
 
-The normalised squared error of a three-vector has mean 3; over 20 independent walks its mean lies in [1.97, 4.25] with 95 % (chi-square with
-60 degrees of freedom, over 20), here taken at 99.9 %: [1.40, 5.15].
+The normalised squared error of a three-vector has mean 3; over 20 independent walks its mean lies in [1.40, 5.15] with 99.9 % (chi-square
+with 60 degrees of freedom, over 20).
 """
 
 import numpy as np
