@@ -98,10 +98,10 @@ def rotation_vector_from_quaternion(q: ArrayLike) -> Array:
 
 def euler_from_quaternion(q: ArrayLike) -> Array:
     """Roll, pitch, yaw (…,3) in rad, z-y-x, yaw counter-clockwise from East."""
-    C = matrix_from_quaternion(q)
-    roll = np.arctan2(C[..., 2, 1], C[..., 2, 2])
-    pitch = -np.arcsin(np.clip(C[..., 2, 0], -1.0, 1.0))
-    yaw = np.arctan2(C[..., 1, 0], C[..., 0, 0])
+    w, x, y, z = np.ascontiguousarray(np.moveaxis(np.asarray(q, float), -1, 0))
+    roll = np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
+    pitch = -np.arcsin(np.clip(2 * (x * z - w * y), -1.0, 1.0))
+    yaw = np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
     return np.stack([roll, pitch, yaw], -1)
 
 
