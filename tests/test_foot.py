@@ -33,6 +33,21 @@ def assert_same_bits(a, pieces):
         np.testing.assert_array_equal(whole, np.concatenate(split))
 
 
+@pytest.mark.parametrize("size", [1, 7, 999])
+def test_a_part_of_the_samples_is_that_part_of_all(size):
+    t = RECORDING.time
+    own = np.sort(np.concatenate([t[:2000:3] + 5e-7, t[1:2000:5] - 2e-3, t[2000:4000:2] + 3e-6]))
+    r = RECORDING.replace(magnetic_time=own, magnetic_flux_density=np.arange(3.0 * len(own)).reshape(-1, 3))
+    rows = r.samples()
+    # Written plainly: each sample in the first row that is not more than a µs before it.
+    plain = np.full((len(t), 3), np.nan)
+    for at, value in zip(own, r.magnetic_flux_density, strict=True):
+        if at - 1e-6 <= t[-1]:
+            plain[np.flatnonzero(t >= at - 1e-6)[0]] = value
+    np.testing.assert_array_equal(rows[:, 7:10], plain)
+    np.testing.assert_array_equal(np.concatenate(list(r.chunks(size))), rows)
+
+
 @pytest.mark.parametrize("name", METHODS)
 class TestEveryMethod:
     def test_chunks_of_any_size_give_the_same_bits(self, name):

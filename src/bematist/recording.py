@@ -133,12 +133,11 @@ class Recording:
         rows[:, 7:10] = np.nan
         if self.has_magnetometer and len(time):
             # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
-            shifted = self.magnetic_time - 1e-6
-            first = np.searchsorted(shifted, self.time[start - 1], side="right") if start else 0
-            near = slice(first, np.searchsorted(shifted, time[-1], side="right"))
-            k = np.searchsorted(time, shifted[near])
-            inside = np.isfinite(self.magnetic_flux_density[near]).all(1)
-            rows[k[inside], 7:10] = self.magnetic_flux_density[near][inside]
+            before = self.time[start - 1] if start else -np.inf
+            near = slice(*np.searchsorted(self.magnetic_time, [before, time[-1] + 1e-5]))
+            shifted, field = self.magnetic_time[near] - 1e-6, self.magnetic_flux_density[near]
+            inside = (shifted > before) & (shifted <= time[-1]) & np.isfinite(field).all(1)
+            rows[np.searchsorted(time, shifted[inside]), 7:10] = field[inside]
         return rows
 
     def chunks(self, n: int) -> Iterator[Array]:
