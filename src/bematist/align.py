@@ -23,6 +23,9 @@ from bematist.stance import StanceParameters, detect
 
 Array = NDArray[np.float64]
 
+ENOUGH_S = 2.0
+"""A rest this long is good enough not to look for a longer one."""
+
 
 class InitialParameters(Parameters):
     """The rest at the start: its average levels the sensor, gives the gyroscope's offset and the undisturbed field."""
@@ -120,13 +123,15 @@ def triad(a1: Array, b1: Array, a2: Array, b2: Array) -> Array:
 
 
 def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float) -> tuple[int, int, bool]:
-    """First and one-past-last row of the longest rest, and whether it is one; else the quietest tenth of a second."""
+    """First and one-past-last row of the first good rest, and whether it is one; else the quietest tenth of a second."""
     statistic = detect(rows, StanceParameters(window_s=0.1), rate_hz, gravity=gravity)[:, 0]
     still = statistic < parameters.rest_statistic
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
     long_enough = rows[edges[:, 1] - 1, 0] - rows[edges[:, 0], 0] >= parameters.shortest_s
     if long_enough.any():
-        first, last = edges[np.argmax(edges[:, 1] - edges[:, 0])]
+        # The first that is nearly as good as the longest: a knock must not cut the rest short, nor a rest at the end of a short walk win.
+        length = edges[:, 1] - edges[:, 0]
+        first, last = edges[np.argmax(length >= min(0.5 * length.max(), ENOUGH_S * rate_hz))]
         # The window reaches over the edge of the rest by half its length.
         half = StanceParameters(window_s=0.1).window_samples(rate_hz) // 2
         if last < len(rows) and last - first > 4 * half:
@@ -176,7 +181,7 @@ def initial_alignment(
         bias, variance = gain * w.mean(0), (1 - gain) * prior
         if rows[first, 0] - rows[0, 0] > 0.5:
             warnings.append(
-                f"The longest rest of the first seconds, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start, and the attitude "
+                f"The first good rest, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start, and the attitude "
                 "turned back from there by the gyroscope. Stand still before walking."
             )
         if np.linalg.norm(w.mean(0)) > 3 * parameters.gyro_bias_sd:
