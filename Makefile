@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: demo test lint format bench accuracy lock clean
+.PHONY: demo test lint format bench accuracy docs lock clean
 
 demo: $(STAMP)
 	$(BIN)/bematist demo -o demo
@@ -26,6 +26,10 @@ bench: $(STAMP)
 # docs/accuracy.md: every recording at hand, by every method
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
+
+# docs/parameters.md
+docs: $(STAMP)
+	$(BIN)/python benchmarks/parameters_page.py
 
 $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "bematist needs Python 3.11 or newer: make PYTHON=python3.11 ...")'

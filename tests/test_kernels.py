@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 import twin
 from bematist import frames
 from bematist.foot import FootIns, FootParameters
+from bematist.foot.setup import initial_covariance
 from bematist.kernels import layout as kernel
 from bematist.kernels import rotation
 from bematist.stance import DETECTORS, StanceParameters, detect
@@ -103,7 +104,7 @@ def run_both(parameters, recording):
     result = ins.run(recording)
     a = ins.alignment
     p = parameters
-    P = ins._initial_covariance(a)
+    P = initial_covariance(p, a)
     psd = np.square([p.noise.angle_random_walk, p.noise.velocity_random_walk, 0, p.noise.accel_bias_walk, p.noise.gyro_bias_walk])
     magnetic = {**p.magnetic.model_dump(), "field": a.field} if a.field is not None else None
     dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, magnetic)

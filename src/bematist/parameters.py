@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping
 from typing import Any, Self
 
@@ -68,69 +66,3 @@ def _names(model: type[BaseModel], prefix: str = "") -> list[str]:
         else:
             names.append(prefix + name)
     return names
-
-
-def _models(model: type[BaseModel], group: str = "") -> list[tuple[str, type[BaseModel]]]:
-    found = [(group, model)]
-    for name, field in model.model_fields.items():
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            found += _models(field.annotation, f"{group}{name}.")
-    return found
-
-
-def _shown(value: Any, description: str) -> str:
-    """A default as it is written on the command line; an angle in degrees too."""
-    if value is None:
-        return "none"
-    if isinstance(value, float):
-        degrees = f" ({math.degrees(value):.4g}°)" if re.search(r"\brad\b", description) and value else ""
-        return f"{value:.6g}{degrees}"
-    return str(value)
-
-
-def table(model: type[BaseModel], group: str = "") -> list[str]:
-    """Markdown lines of the parameters of one model; nested models are left out."""
-    lines = ["| name | meaning, unit, what more or less of it does | default |", "|---|---|---|"]
-    for name, field in model.model_fields.items():
-        if not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)):
-            text = (field.description or "").replace("|", "\\|")
-            lines.append(f"| `{group}{name}` | {text} | {_shown(field.default, text)} |")
-    return lines
-
-
-def main() -> None:
-    """Print docs/parameters.md."""
-    from bematist.foot import FootParameters
-    from bematist.methods import METHODS
-
-    lines = [
-        "# Parameters",
-        "",
-        "Written by `python -m bematist.parameters`. Names are those of `--set NAME=VALUE`, of `config.toml` and, nested, of",
-        '`track(recording, method, stance={"threshold": 200})`. Angles are in radians; degrees stand in brackets.',
-        "",
-        "Defaults are those of the filter. What a method changes stands in the last table.",
-    ]
-    for group, model in _models(FootParameters):
-        lines += ["", f"## {group.rstrip('.') or 'The filter'}", "", *(model.__doc__ or "").strip().splitlines(), "", *table(model, group)]
-    lines += ["", "## What the methods change", "", "| method | parameter | value |", "|---|---|---|"]
-    for method in METHODS.values():
-        changed = _changed(FootParameters(), method.parameters)
-        lines += [f"| `{method.name}` | `{name}` | {value} |" for name, value in changed] or [f"| `{method.name}` | nothing | |"]
-    print("\n".join(lines))
-
-
-def _changed(default: BaseModel, chosen: BaseModel, group: str = "") -> list[tuple[str, str]]:
-    """Names and values that differ between two sets of parameters."""
-    found = []
-    for name, field in type(default).model_fields.items():
-        a, b = getattr(default, name), getattr(chosen, name)
-        if isinstance(a, BaseModel):
-            found += _changed(a, b, f"{group}{name}.")
-        elif a != b:
-            found.append((group + name, _shown(b, field.description or "")))
-    return found
-
-
-if __name__ == "__main__":
-    main()

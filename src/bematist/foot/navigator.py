@@ -5,62 +5,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from bematist import stance
-from bematist.align import Alignment, InitialParameters, initial_alignment
-from bematist.earth import STANDARD_GRAVITY
+from bematist.align import Alignment, initial_alignment
 from bematist.errors import DataError, UsageError
-from bematist.frames import matrix_from_quaternion
+from bematist.foot.parameters import FootParameters
+from bematist.foot.result import judge, trajectory
+from bematist.foot.setup import initial_covariance, kernel_parameters
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
-from bematist.parameters import Parameters
 from bematist.recording import Recording
-from bematist.stance import StanceParameters
 from bematist.trajectory import Trajectory
-from bematist.updates import GapParameters, MagneticParameters, ZeroVelocityParameters
 
 Array = NDArray[np.float64]
-
-_MAGNETIC_USE = {
-    "off": kernel.MAGNETIC_OFF,
-    "reset": kernel.MAGNETIC_RESET,
-    "heading": kernel.MAGNETIC_HEADING,
-}
-
-
-class NoiseParameters(Parameters):
-    """Process noise of the filter: densities (the root of a PSD), not per-sample values (erratum of MAGINAV eq 23)."""
-
-    angle_random_walk: float = Field(
-        default=math.radians(0.1),
-        ge=0,
-        description="White noise of the gyroscope, rad/s/√Hz. Larger: attitude follows the updates more.",
-    )
-    velocity_random_walk: float = Field(
-        default=0.01, ge=0, description="White noise of the accelerometer, m/s²/√Hz. Larger: velocity follows the updates more."
-    )
-    gyro_bias_walk: float = Field(default=5e-6, ge=0, description="Random walk of the gyroscope's offset, rad/s/√s.")
-    accel_bias_walk: float = Field(default=5e-5, ge=0, description="Random walk of the accelerometer's offset, m/s²/√s.")
-
-
-class FootParameters(Parameters):
-    """Everything that the foot-mounted filter can be told."""
-
-    states: Literal[9, 15] = Field(
-        default=15, description="15: attitude, velocity, position and both offsets (MAGINAV eq 18). 9: without the offsets."
-    )
-    gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
-    stance: StanceParameters = StanceParameters()
-    zero_velocity: ZeroVelocityParameters = ZeroVelocityParameters()
-    magnetic: MagneticParameters = MagneticParameters()
-    initial: InitialParameters = InitialParameters()
-    noise: NoiseParameters = NoiseParameters()
-    gap: GapParameters = GapParameters()
 
 
 class FootIns:
@@ -109,8 +70,9 @@ class FootIns:
                 progress(min(start + size, n), n)
         done += self._advance(np.empty((0, 10)), True, nav[done:], diagnostics[done:])
         nav, diagnostics = nav[:done], diagnostics[:done]
+        assert self._state is not None
         elapsed = time.perf_counter() - started
-        warnings = (*recording.warnings, *self.warnings, *self._judge(nav, diagnostics))
+        warnings = (*recording.warnings, *self.warnings, *judge(nav, diagnostics, self._state[3]))
         return self._trajectory(nav, diagnostics, warnings=warnings, processing_s=elapsed, source=recording.source)
 
     # -- live ------------------------------------------------------------------------------------------------------------
@@ -250,131 +212,12 @@ class FootIns:
         S = np.zeros(kernel.WORKSPACE_SIZE)
         S[kernel.Q : kernel.Q + 4] = a.attitude
         S[kernel.BG : kernel.BG + 3] = a.gyro_bias
-        S[: 15 * 16].reshape(15, 16)[:, :15] = self._initial_covariance(a)
-        self._state = (index, memory, S, self._kernel_parameters(a))
+        S[: 15 * 16].reshape(15, 16)[:, :15] = initial_covariance(p, a)
+        prm, warnings = kernel_parameters(p, a, self._rate_hz)
+        self.warnings += warnings
+        self._state = (index, memory, S, prm)
         self._scratch = stance.scratch(index, 1)
 
-    def _initial_covariance(self, a: Alignment) -> Array:
-        """P (15,15). The accelerometer's offset tilted the levelling: psi_x = e_north / g, psi_y = -e_east / g, with e = C b_a."""
-        p = self.parameters
-        biases = p.states == 15
-        sds = [a.tilt_sd] * 2 + [0.0] + [a.velocity_sd] * 3 + [0.0] * 3
-        sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
-        C = matrix_from_quaternion(a.attitude)
-        T = np.eye(15)
-        T[0, 9:12], T[1, 9:12] = C[1] / p.gravity, -C[0] / p.gravity
-        return T @ np.diag(np.square(sds)) @ T.T
-
-    def _kernel_parameters(self, a: Alignment) -> Array:
-        p = self.parameters
-        biases = p.states == 15
-        prm = np.zeros(kernel.PARAMETERS)
-        prm[kernel.G] = p.gravity
-        prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2
-        prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2
-        prm[kernel.PSD_ACCEL_BIAS] = p.noise.accel_bias_walk**2 * biases
-        prm[kernel.PSD_GYRO_BIAS] = p.noise.gyro_bias_walk**2 * biases
-        prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
-        prm[kernel.THRESHOLD], prm[kernel.FLOOR], prm[kernel.RATIO] = p.stance.limit, p.stance.floor, p.stance.ratio
-        prm[kernel.ZERO_VELOCITY_SD] = p.zero_velocity.sd
-        prm[kernel.GAP_S] = p.gap.seconds(self._rate_hz)
-        prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd
-        prm[kernel.GAP_BALLISTIC_S] = p.gap.ballistic_s
-        self._set_field(prm, a)
-        return prm
-
-    def _set_field(self, prm: Array, a: Alignment) -> None:
-        """The undisturbed field, MAGINAV eq 4 (erratum: averaged over the rest, not one sample)."""
-        m = self.parameters.magnetic
-        prm[kernel.NORM_TOLERANCE], prm[kernel.INCLINATION_TOLERANCE] = m.norm_tolerance, m.inclination_tolerance
-        prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
-        prm[kernel.STILL_FRACTION] = m.still_fraction
-        prm[kernel.HEADING_SD], prm[kernel.HEADING_TOLERANCE] = m.heading_sd, m.heading_tolerance
-        prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
-        prm[kernel.FIELD_E] = 1.0
-        if a.field is None:
-            if m.use == "reset":
-                self.warnings.append(
-                    "The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."
-                )
-            return
-        norm = float(np.linalg.norm(a.field))
-        horizontal = math.hypot(a.field[0], a.field[1])
-        if norm == 0 or horizontal < 0.05 * norm:
-            if m.use != "off":
-                self.warnings.append(
-                    "The magnetic field at the start has no horizontal part that could give a heading: the magnetometer is not used."
-                )
-            return
-        prm[kernel.MAGNETIC_USE] = _MAGNETIC_USE[m.use]
-        prm[kernel.FIELD_NORM] = norm
-        prm[kernel.FIELD_INCLINATION] = -math.asin(a.field[2] / norm)
-        prm[kernel.FIELD_E : kernel.FIELD_U + 1] = a.field
-
-    def _judge(self, nav: Array, diagnostics: NDArray[np.float32]) -> list[str]:
-        """Warnings about the result."""
-        found = []
-        stood = np.isfinite(diagnostics[:, kernel.ZV_SD])
-        known = np.flatnonzero(diagnostics[:, kernel.BRIDGED] != stance.kernel.MISSING)
-        bridged = diagnostics[known, kernel.BRIDGED] == kernel.BRIDGED_OVER
-        if bridged.any():
-            gaps = np.diff(nav[known, 0])[bridged[1:]]
-            found.append(
-                f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the path is in doubt "
-                "from there on."
-            )
-        for value, word in ((1, "held over missing values"), (2, "skipped, values missing for too long")):
-            n = int((diagnostics[:, kernel.BRIDGED] == value).sum())
-            if n:
-                found.append(f"{n} of {len(nav)} samples were {word}.")
-        if not stood.any():
-            found.append(
-                "No stance was found: the path is dead reckoning without any correction and means nothing after a few seconds. Look at "
-                "`bematist stance` and choose a threshold; check the units."
-            )
-        speed = float(np.sqrt(np.square(nav[:, 4:7]).sum(1)).max())
-        if speed > 15:
-            found.append(f"The speed of the foot reaches {speed:.0f} m/s: stances are missed or the units are wrong.")
-        gate = diagnostics[:, kernel.GATE]
-        if self._state is not None and self._state[3][kernel.MAGNETIC_USE] != kernel.MAGNETIC_OFF and (gate > 0).any():
-            share = float((gate[stood & (gate > 0)] == kernel.USED).mean()) if (stood & (gate > 0)).any() else 0.0
-            if share < 0.05:
-                found.append(
-                    f"Only {100 * share:.1f} % of the magnetometer samples in stance passed the gates: the field is disturbed, or was "
-                    "at the start."
-                )
-        return found
-
     def _trajectory(self, nav: Array, diagnostics: NDArray[np.float32], **fields: Any) -> Trajectory:
-        d = diagnostics
-        named: dict[str, NDArray[Any]] = {
-            "stance_statistic": d[:, kernel.STATISTIC],
-            "stance_threshold": d[:, kernel.LIMIT],
-            "zero_velocity_sd": d[:, kernel.ZV_SD],
-            "innovation": d[:, kernel.INNOVATION : kernel.INNOVATION + 3],
-            "nis": d[:, kernel.NIS],
-            "magnetic_norm": d[:, kernel.NORM],
-            "magnetic_inclination": d[:, kernel.INCLINATION],
-            "magnetic_gate": d[:, kernel.GATE].astype(np.uint8),
-            "navigation_state": d[:, kernel.STATE].astype(np.uint8),
-            "bridged": d[:, kernel.BRIDGED].astype(np.uint8),
-            "gyro_bias": d[:, kernel.GYRO_BIAS : kernel.GYRO_BIAS + 3],
-            "gyro_bias_sd": d[:, kernel.GYRO_BIAS_SD : kernel.GYRO_BIAS_SD + 3],
-            "accel_bias": d[:, kernel.ACCEL_BIAS : kernel.ACCEL_BIAS + 3],
-            "accel_bias_sd": d[:, kernel.ACCEL_BIAS_SD : kernel.ACCEL_BIAS_SD + 3],
-        }
-        if self._state is not None:
-            prm = self._state[3]
-            named["magnetic_reference"] = np.array([prm[kernel.FIELD_NORM], prm[kernel.FIELD_INCLINATION]])
-        return Trajectory(
-            time=nav[:, 0],
-            position=nav[:, 1:4],
-            velocity=nav[:, 4:7],
-            attitude=nav[:, 7:11],
-            stance=np.isfinite(d[:, kernel.ZV_SD]).astype(np.uint8),
-            packed_covariance=nav[:, 11:29],
-            diagnostics=named,
-            method=self.method,
-            parameters=self.parameters.model_dump(),
-            **fields,
-        )
+        prm = None if self._state is None else self._state[3]
+        return trajectory(nav, diagnostics, prm, method=self.method, parameters=self.parameters.model_dump(), **fields)

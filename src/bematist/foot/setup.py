@@ -1,0 +1,76 @@
+"""From parameters and alignment to what the kernels start from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.align import Alignment
+from bematist.foot.parameters import FootParameters
+from bematist.frames import matrix_from_quaternion
+from bematist.kernels import layout as kernel
+from bematist.updates import MagneticParameters
+
+Array = NDArray[np.float64]
+
+_MAGNETIC_USE = {
+    "off": kernel.MAGNETIC_OFF,
+    "reset": kernel.MAGNETIC_RESET,
+    "heading": kernel.MAGNETIC_HEADING,
+}
+
+
+def initial_covariance(p: FootParameters, a: Alignment) -> Array:
+    """P (15,15). The accelerometer's offset tilted the levelling: psi_x = e_north / g, psi_y = -e_east / g, with e = C b_a."""
+    biases = p.states == 15
+    sds = [a.tilt_sd] * 2 + [0.0] + [a.velocity_sd] * 3 + [0.0] * 3
+    sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
+    C = matrix_from_quaternion(a.attitude)
+    T = np.eye(15)
+    T[0, 9:12], T[1, 9:12] = C[1] / p.gravity, -C[0] / p.gravity
+    return T @ np.diag(np.square(sds)) @ T.T
+
+
+def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[Array, list[str]]:
+    """The parameters that the kernels read (`kernels.layout`), and warnings about the field at the start."""
+    biases = p.states == 15
+    prm = np.zeros(kernel.PARAMETERS)
+    prm[kernel.G] = p.gravity
+    prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2
+    prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2
+    prm[kernel.PSD_ACCEL_BIAS] = p.noise.accel_bias_walk**2 * biases
+    prm[kernel.PSD_GYRO_BIAS] = p.noise.gyro_bias_walk**2 * biases
+    prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
+    prm[kernel.THRESHOLD], prm[kernel.FLOOR], prm[kernel.RATIO] = p.stance.limit, p.stance.floor, p.stance.ratio
+    prm[kernel.ZERO_VELOCITY_SD] = p.zero_velocity.sd
+    prm[kernel.GAP_S] = p.gap.seconds(rate_hz)
+    prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd
+    prm[kernel.GAP_BALLISTIC_S] = p.gap.ballistic_s
+    return prm, _set_field(prm, p.magnetic, a)
+
+
+def _set_field(prm: Array, m: MagneticParameters, a: Alignment) -> list[str]:
+    """The undisturbed field, MAGINAV eq 4 (erratum: averaged over the rest, not one sample)."""
+    prm[kernel.NORM_TOLERANCE], prm[kernel.INCLINATION_TOLERANCE] = m.norm_tolerance, m.inclination_tolerance
+    prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
+    prm[kernel.STILL_FRACTION] = m.still_fraction
+    prm[kernel.HEADING_SD], prm[kernel.HEADING_TOLERANCE] = m.heading_sd, m.heading_tolerance
+    prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
+    prm[kernel.FIELD_E] = 1.0
+    if a.field is None:
+        if m.use == "reset":
+            return ["The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."]
+        return []
+    norm = float(np.linalg.norm(a.field))
+    horizontal = math.hypot(a.field[0], a.field[1])
+    if norm == 0 or horizontal < 0.05 * norm:
+        if m.use != "off":
+            return ["The magnetic field at the start has no horizontal part that could give a heading: the magnetometer is not used."]
+        return []
+    prm[kernel.MAGNETIC_USE] = _MAGNETIC_USE[m.use]
+    prm[kernel.FIELD_NORM] = norm
+    prm[kernel.FIELD_INCLINATION] = -math.asin(a.field[2] / norm)
+    prm[kernel.FIELD_E : kernel.FIELD_U + 1] = a.field
+    return []
