@@ -10,7 +10,7 @@ import pytest
 from bematist.foot import FootParameters
 from bematist.io import write_recording, write_reference
 from bematist.simulate import simulate
-from bematist.stance import DEFAULT_THRESHOLDS
+from bematist.stance import DEFAULTS
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -115,7 +115,7 @@ def test_every_parameter_is_explained():
 
 def test_default_thresholds_are_told():
     prose = (ROOT / "docs" / "stance.md").read_text("utf-8")
-    assert all(f"`{name}` {value:g}" in prose for name, value in DEFAULT_THRESHOLDS.items())
+    assert all(f"`{name}` {d.threshold:g}" in prose for name, d in DEFAULTS.items())
 
 
 def test_only_marked_blocks_are_taken():

@@ -26,8 +26,24 @@ DETECTORS = {
 }
 RULES = {"absolute": kernel.ABSOLUTE, "relative": kernel.RELATIVE}
 
-DEFAULT_THRESHOLDS = {"shoe": 150.0, "ared": 60.0, "amvd": 2.0, "amag": 2.0, "gyro": 0.6}
-"""A threshold for walking, one per detector; the statistic of `gyro` is in rad/s, the others have no unit."""
+
+@dataclass(frozen=True)
+class Defaults:
+    """What suits a walking foot with one detector: window in s, threshold of the absolute and floor of the relative rule."""
+
+    window_s: float
+    threshold: float
+    floor: float
+
+
+DEFAULTS = {
+    "shoe": Defaults(0.035, 150.0, 5.0),
+    "ared": Defaults(0.035, 100.0, 3.0),
+    "amvd": Defaults(0.1, 2.0, 0.07),
+    "amag": Defaults(0.1, 1.0, 0.03),
+    "gyro": Defaults(0.05, 0.6, 0.1),
+}
+"""The statistic of `gyro` is in rad/s, the others have no unit."""
 
 
 class StanceParameters(Parameters):
@@ -38,11 +54,11 @@ class StanceParameters(Parameters):
         description="Test statistic: shoe (MAGINAV eqs 1-2), ared (angular rate energy), amvd (moving variance of the specific force), "
         "amag (magnitude of the specific force), gyro (rms angular rate in rad/s, Li & Wang eq 35).",
     )
-    window_s: float = Field(
-        default=0.035,
+    window_s: float | None = Field(
+        default=None,
         gt=0,
         le=5,
-        description="Window, s, centred on the judged sample; an odd number of samples. Longer is smoother and later, and cuts the "
+        description="Window, s, centred on the judged sample; an odd number of samples; none: the detector's own. Longer is smoother and later, and cuts the "
         "edges of the stance.",
     )
     accel_sd: float = Field(
@@ -64,10 +80,10 @@ class StanceParameters(Parameters):
         description="Threshold of the absolute rule (MAGINAV eq 3); none: the detector's default for walking. Larger: more stance, a "
         "shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
     )
-    floor: float = Field(
-        default=5.0,
+    floor: float | None = Field(
+        default=None,
         gt=0,
-        description="Relative rule: the least statistic that is told from stillness. Larger: more of a walking stance is taken.",
+        description="Relative rule: the least statistic that is told from stillness; none: the detector's own. Larger: more of a walking stance is taken.",
     )
     ratio: float = Field(default=2.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least.")
     lookaround_s: float = Field(
@@ -81,11 +97,21 @@ class StanceParameters(Parameters):
     @property
     def limit(self) -> float:
         """The threshold of the absolute rule."""
-        return DEFAULT_THRESHOLDS[self.detector] if self.threshold is None else self.threshold
+        return DEFAULTS[self.detector].threshold if self.threshold is None else self.threshold
+
+    @property
+    def least(self) -> float:
+        """The floor of the relative rule."""
+        return DEFAULTS[self.detector].floor if self.floor is None else self.floor
+
+    @property
+    def window(self) -> float:
+        """The window, s."""
+        return DEFAULTS[self.detector].window_s if self.window_s is None else self.window_s
 
     def window_samples(self, rate_hz: float) -> int:
-        """Odd number of samples nearest to the window."""
-        return max(1, 2 * round((self.window_s * rate_hz - 1) / 2) + 1)
+        """Odd number of samples nearest to the window; with the detector's own window at least three."""
+        return max(1 if self.window_s else 3, 2 * round((self.window * rate_hz - 1) / 2) + 1)
 
     def lookaround_samples(self, rate_hz: float) -> int:
         """Samples on either side whose least statistic counts."""
@@ -195,7 +221,7 @@ def detect(
         gravity,
         parameters.limit,
         zero_velocity_sd,
-        parameters.floor,
+        parameters.least,
         parameters.ratio,
         scratch(index, len(rows)),
         out,

@@ -105,7 +105,7 @@ def stance(
     output().print(
         facts(
             [
-                ("detector", f"{parameters.detector}, {rule}, window {parameters.window_s:g} s"),
+                ("detector", f"{parameters.detector}, {rule}, window {parameters.window:g} s"),
                 ("stance", f"{100 * stands.mean():.0f} % of the time, {phases} phases"),
                 ("page", str(path)),
             ]
