@@ -58,8 +58,8 @@ class StanceParameters(Parameters):
         default=None,
         gt=0,
         le=5,
-        description="Window, s, centred on the judged sample; an odd number of samples; none: the detector's own. Longer is smoother and later, and cuts the "
-        "edges of the stance.",
+        description="Window, s, centred on the judged sample; an odd number of samples; none: the detector's own. Longer is "
+        "smoother and later, and cuts the edges of the stance.",
     )
     accel_sd: float = Field(
         default=0.3, gt=0, description="Specific force in stance, m/s² per sample. Larger: the accelerometer counts less."
@@ -83,7 +83,8 @@ class StanceParameters(Parameters):
     floor: float | None = Field(
         default=None,
         gt=0,
-        description="Relative rule: the least statistic that is told from stillness; none: the detector's own. Larger: more of a walking stance is taken.",
+        description="Relative rule: the least statistic that is told from stillness; none: the detector's own. Larger: more of a walking "
+        "stance is taken.",
     )
     ratio: float = Field(default=2.0, gt=1, description="Relative rule: stance where the statistic is below ratio times the local least.")
     lookaround_s: float = Field(
