@@ -1,38 +1,37 @@
 """How kernels are compiled: once, into the cache beside the module, with fused multiply-add and IEEE NaN kept intact."""
 
-import importlib.util
-import sys
 from collections.abc import Callable
 from typing import Any
 
 from numba import njit
 
-
-def _spare_blas() -> None:
-    """Let numba set itself up without importing scipy.linalg.
-
-    numba does so only to ask whether there is a BLAS, which no kernel here needs, and it is half of the time that a compiled kernel takes
-    to load. Its answer is then put right, so that other users of numba in the process find what they expect.
-    """
-    if "scipy.linalg" in sys.modules or "numba.np.arraymath" in sys.modules:
-        return
-    sys.modules["scipy.linalg"] = None  # pyright: ignore[reportArgumentType]
-    try:
-        from numba.np import arraymath
-    finally:
-        del sys.modules["scipy.linalg"]
-    if hasattr(arraymath, "_HAVE_BLAS"):
-        arraymath._HAVE_BLAS = importlib.util.find_spec("scipy") is not None
-
-
-_spare_blas()
 # Without reference counting of arrays: kernels allocate nothing, and the counting would cost more than the arithmetic.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that Python calls."""
-    return njit(**_OPTIONS, cache=True)(function)
+    dispatcher = njit(**_OPTIONS, cache=True)(function)
+    _load_at_once(dispatcher)
+    return dispatcher
+
+
+def _load_at_once(dispatcher: Any) -> None:
+    """Let a kernel be loaded from the cache without numba's registries of everything that it could compile.
+
+    Before it looks into the cache, numba loads them all, half a second with scipy.linalg among them. Only compiling needs them, and loads
+    them itself. Where numba's cache looks otherwise than here, it is left alone.
+    """
+    cache = getattr(dispatcher, "_cache", None)
+    load, guard = getattr(cache, "_load_overload", None), getattr(cache, "_guard_against_spurious_io_errors", None)
+    if cache is None or load is None or guard is None:
+        return
+
+    def load_overload(signature: Any, target_context: Any) -> Any:
+        with guard():
+            return load(signature, target_context)
+
+    cache.load_overload = load_overload
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
