@@ -16,6 +16,36 @@ from walks import shaken
 RECORDING = shaken(4000)
 
 
+def damaged():
+    """Missing values that begin at borders of chunks, long and short, and a gap."""
+    f, w = RECORDING.specific_force.copy(), RECORDING.angular_rate.copy()
+    f[[0, 7, 250, 2100, 2101, 3999]] = np.nan
+    w[2499:2502] = w[2748:2850] = f[2750:2752] = np.nan
+    keep = np.ones(4000, bool)
+    keep[3000:3050] = False
+    return RECORDING.replace(time=RECORDING.time[keep], specific_force=f[keep], angular_rate=w[keep])
+
+
+DAMAGED = damaged()
+
+VARIANTS = {name: m.parameters for name, m in METHODS.items()} | {
+    "nine states, heading": FootParameters().override({"states": 9, "magnetic": {"use": "heading"}}),
+    "relative, reset": FootParameters().override({"stance": {"rule": "relative"}, "magnetic": {"use": "reset"}}),
+    **{d: FootParameters().override({"stance": {"detector": d}}) for d in ("ared", "amvd", "amag", "gyro")},
+}
+"""The methods, and choices that no method makes."""
+
+
+@pytest.mark.parametrize("recording", [RECORDING, DAMAGED], ids=["whole", "damaged"])
+@pytest.mark.parametrize("name", VARIANTS)
+def test_chunks_of_any_size_give_the_same_bits(name, recording):
+    whole = FootIns(VARIANTS[name]).run(recording)
+    for size in (1, 7, 250):
+        ins = FootIns(VARIANTS[name])
+        pieces = [ins.update(rows) for rows in recording.chunks(size)] + [ins.finish()]
+        assert_same_bits(whole, pieces)
+
+
 def parts(trajectory):
     yield trajectory.time
     yield trajectory.position
@@ -50,18 +80,13 @@ def test_a_part_of_the_samples_is_that_part_of_all(size):
 
 @pytest.mark.parametrize("name", METHODS)
 class TestEveryMethod:
-    def test_chunks_of_any_size_give_the_same_bits(self, name):
-        whole = bm.track(RECORDING, name)
-        for size in (1, 7, 250, 3999):
-            ins = FootIns(METHODS[name].parameters, method=name)
-            pieces = [ins.update(rows) for rows in RECORDING.chunks(size)] + [ins.finish()]
-            assert_same_bits(whole, pieces)
-        assert_same_bits(whole, [bm.track(RECORDING, name, chunk=13)])
+    def test_chunks_by_track(self, name):
+        assert_same_bits(bm.track(RECORDING, name), [bm.track(RECORDING, name, chunk=13)])
 
     def test_saved_and_restored_in_the_middle(self, name):
-        whole = bm.track(RECORDING, name)
-        for cut in (100, 2500):  # while the start is gathered, and after
-            rows = RECORDING.samples()
+        whole = bm.track(DAMAGED, name)
+        for cut in (100, 2500, 2751):  # while the start is gathered, and after, among missing values
+            rows = DAMAGED.samples()
             ins = FootIns(METHODS[name].parameters, method=name)
             first = ins.update(rows[:cut])
             other = FootIns.restore(ins.save())

@@ -13,6 +13,7 @@ import twin
 from bematist import frames
 from bematist.foot import FootIns, FootParameters
 from bematist.foot.setup import initial_covariance
+from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.kernels import rotation
 from bematist.stance import DETECTORS, StanceParameters, detect
@@ -112,7 +113,7 @@ def run_both(parameters, recording):
     verdicts = detect(rows, p.stance, recording.rate_hz, zero_velocity_sd=p.zero_velocity.sd)
     sd = verdicts[:, 2]
     still = verdicts[:, 0] <= p.magnetic.still_fraction * verdicts[:, 1]
-    p_, C_, P_ = [dense.p], [dense.C], [dense.P.copy()]
+    p_, C_, P_, nis = [dense.p], [dense.C], [dense.P.copy()], [np.nan]
     if sd[0] > 0:
         dense.zero_velocity(sd[0])
     for k in range(1, len(rows)):
@@ -121,22 +122,53 @@ def run_both(parameters, recording):
         p_.append(dense.p)
         C_.append(dense.C)
         P_.append(dense.P.copy())
-    return result, np.array(p_), np.array(C_), np.array(P_)
+        nis.append(dense.nis)
+    return result, np.array(p_), np.array(C_), np.array(P_), np.array(nis)
 
 
 @pytest.mark.parametrize("use", ["off", "reset", "heading"])
 @pytest.mark.parametrize("rule", ["absolute", "relative"])
 def test_filter_equals_its_dense_twin(use, rule):
     p = FootParameters().override({"magnetic": {"use": use}, "stance": {"rule": rule}})
-    result, position, C, P = run_both(p, shaken())
+    result, position, C, P, nis = run_both(p, shaken())
     np.testing.assert_allclose(result.position, position, atol=1e-8)
     np.testing.assert_allclose(frames.matrix_from_quaternion(result.attitude), C, atol=1e-9)
     np.testing.assert_allclose(result.covariance[1:], P[1:, 6:9, 6:9], rtol=1e-5, atol=1e-13)
     np.testing.assert_allclose(result.velocity_covariance[1:], P[1:, 3:6, 3:6], rtol=1e-5, atol=1e-13)
     np.testing.assert_allclose(result.attitude_covariance[1:], P[1:, 0:3, 0:3], rtol=1e-5, atol=1e-15)
+    np.testing.assert_allclose(result.diagnostics["nis"][1:], nis[1:], rtol=1e-4)
     gates = result.diagnostics["magnetic_gate"]
     assert (gates == kernel.NORM_REFUSED).sum() > 50
     assert ((gates == kernel.USED).sum() > 100) == (use != "off")
+
+
+@pytest.mark.parametrize("length", [0.15, 2.0])
+def test_a_gap_is_bridged_as_its_twin_does(length):
+    """The state and covariance after a gap that falls into motion, short and long."""
+    r = shaken(2600, magnetometer=False)
+    shift = np.where(np.arange(len(r)) < 2500, 0.0, length - 1 / 200)
+    r = r.replace(time=r.time + shift)
+    p = FootParameters()
+    ins = FootIns(p)
+    before = [ins.update(r.samples()[:2503])]
+    S = ins.save()["state"][2]
+    assert before[0].time[-1] == r.time[2499]
+    dense = twin.Filter(
+        frames.matrix_from_quaternion(before[0].attitude[-1]), S[kernel.BG : kernel.BG + 3], np.zeros((15, 15)), [0] * 5, 9.8
+    )
+    dense.P = S[:240].reshape(15, 16)[:, :15].copy()
+    dense.p, dense.v = before[0].position[-1], before[0].velocity[-1]
+    w = r.angular_rate - S[kernel.BG : kernel.BG + 3]
+    assert np.linalg.norm(dense.v) > 0.05 and np.linalg.norm(w[2500]) > 0.5
+    dense.bridge(w[2500], w[2499], length, p.gap.model_dump())
+    after = ins.update(r.samples()[2503:2504])
+    assert after.diagnostics["bridged"][0] == kernel.BRIDGED_OVER and after.stance[0] == 0
+    np.testing.assert_allclose(after.position[0], dense.p, atol=1e-12)
+    np.testing.assert_allclose(after.velocity[0], dense.v, atol=1e-12)
+    np.testing.assert_allclose(frames.matrix_from_quaternion(after.attitude[0]), dense.C, atol=1e-12)
+    np.testing.assert_allclose(after.attitude_covariance[0], dense.P[0:3, 0:3], atol=1e-14)
+    np.testing.assert_allclose(after.velocity_covariance[0], dense.P[3:6, 3:6], atol=1e-12)
+    np.testing.assert_allclose(after.covariance[0], dense.P[6:9, 6:9], atol=1e-12)
 
 
 def test_transition_matrix_is_the_derivative_of_the_strapdown():
@@ -206,3 +238,19 @@ def test_covariance_stays_symmetric_and_positive():
     P = ins.save()["state"][2][:240].reshape(15, 16)[:, :15]
     np.testing.assert_array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > 0
+
+
+def test_the_cache_of_a_kernel_knows_the_files_that_are_inlined_into_it():
+    stamp = filter_kernel.run._cache._cache_file._source_stamp
+    assert {"error_state.py", "stance.py", "layout.py", "foot.py"} <= {name for name, *_ in stamp}
+
+
+def test_running_sums_do_not_drift():
+    """After half a million samples the statistic is what it is anew."""
+    r = shaken(3000, seed=9)
+    rows = np.tile(r.samples(), (170, 1))
+    rows[:, 0] = np.arange(len(rows)) / 200
+    p = StanceParameters(window_s=0.1)
+    late = detect(rows, p, 200.0)[-1500:-500, 0]
+    alone = detect(rows[-2000:], p, 200.0)[-1500:-500, 0]
+    np.testing.assert_allclose(late, alone, rtol=1e-9)

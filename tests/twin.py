@@ -56,6 +56,17 @@ class Filter:
         self.ba, self.bg, self.P = np.zeros(3), np.array(gyro_bias, float), np.array(P, float)
         self.psd, self.g, self.magnetic = psd, g, magnetic
 
+    def bridge(self, w, last_w, dt, gap):
+        """A gap: ballistic and turning on when short, standing when long; position, attitude and velocity in doubt."""
+        self.p = self.p + self.v * min(dt, gap["ballistic_s"])
+        if dt <= gap["ballistic_s"]:
+            self.C = self.C @ Rotation.from_rotvec((w + last_w) / 2 * dt).as_matrix()
+        else:
+            self.v = np.zeros(3)
+        self.P[3:6, :] = self.P[:, 3:6] = 0
+        doubt = [min(gap["rate_sd"] * dt, 0.5), gap["speed_sd"], gap["speed_sd"] * dt]
+        self.P[:9, :9] += np.diag(np.repeat(np.square(doubt), 3))
+
     def transition(self, C, f_n, dt):
         Phi = np.eye(15)
         Phi[0:3, 12:15] = C * dt
@@ -132,8 +143,9 @@ class Filter:
             self.set_attitude(raw, m)
             middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T
         self.integrate(middle, f, dt)
+        self.nis = np.nan
         if sd > 0:
-            self.zero_velocity(sd, attitude=not reset)
+            self.nis = self.zero_velocity(sd, attitude=not reset)
             if reset:
                 self.set_attitude(raw, m)
             elif usable:

@@ -29,7 +29,6 @@ UNIT = {
     "G": "G",
     "a.u.": "a.u.",
 }
-PARTS = ("Inertial.csv", "Magnetometer.csv", "sensors.csv")
 
 
 def sniff(head: Head) -> bool:

@@ -1,6 +1,7 @@
 """How kernels are compiled: once, into the cache beside the module, with fused multiply-add and IEEE NaN kept intact."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
@@ -13,7 +14,19 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that Python calls."""
     dispatcher = njit(**_OPTIONS, cache=True)(function)
     _load_at_once(dispatcher)
+    _stamp(dispatcher)
     return dispatcher
+
+
+def _stamp(dispatcher: Any) -> None:
+    """Let the cache of a kernel be void when any file of this folder changes.
+
+    numba looks only at the file of the kernel itself, not at those of the functions that are inlined into it.
+    """
+    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if hasattr(cache_file, "_source_stamp"):
+        files = sorted(Path(__file__).parent.glob("*.py"))
+        cache_file._source_stamp = tuple((f.name, f.stat().st_mtime, f.stat().st_size) for f in files)
 
 
 def _load_at_once(dispatcher: Any) -> None:

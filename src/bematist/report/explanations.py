@@ -67,7 +67,7 @@ def innovation(drawn: Sequence[Subject]) -> Panel:
 
 
 def nis(drawn: Sequence[Subject]) -> Panel:
-    """Normalised innovation squared of the zero-velocity updates, and its gates."""
+    """Normalised innovation squared of the zero-velocity updates."""
     traces: list[Trace] = []
     for s in drawn:
         value = s.diagnostic("nis")
@@ -75,9 +75,6 @@ def nis(drawn: Sequence[Subject]) -> Panel:
             continue
         value = np.where(value > 0, value, np.nan)
         traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
-        gate = s.parameter("zero_velocity", "gate")
-        if gate is not None and s.alone:
-            traces.append(level(s.trajectory.time, gate, "@1", "gate"))
     if traces:
         traces.append(level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot"))
     note = "Normalised innovation squared. A filter that judges itself rightly has 3 on average."
