@@ -131,6 +131,9 @@ def _yaw(p: Array, r: Array) -> tuple[Array, Array]:
 
 
 def _se3(p: Array, r: Array) -> tuple[Array, Array]:
-    U, _, Vt = np.linalg.svd((r - r.mean(0)).T @ (p - p.mean(0)))
+    """Kabsch's rotation (Umeyama 1991 without scale). DataError where the path is a line, about which any roll would fit."""
+    U, size, Vt = np.linalg.svd((r - r.mean(0)).T @ (p - p.mean(0)))
+    if size[1] < 1e-3 * size[0]:
+        raise DataError("The path is straight, so that se3 alignment would be free to roll about it: align with yaw instead.")
     R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
     return R, r.mean(0) - R @ p.mean(0)
