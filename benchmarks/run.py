@@ -210,8 +210,8 @@ def main() -> None:
         "|---|---|---|",
         *(f"| {a} | {b} | {c} |" for a, b, c in table),
         "",
-        "The detector alone reads rows of ten numbers where the yardstick reads six, and is bound by memory; in the filter, which reads them "
-        "anyway, it costs less.",
+        "The detector alone reads rows of ten numbers where the yardstick reads six, and is bound by memory; in the filter, which reads "
+        "them anyway, it costs less.",
         "",
         "Nanoseconds a sample: " + ", ".join(f"{name} {value:.0f}" for name, value in ns.items()) + f", NumPy loop {slow:.0f}.",
         "",

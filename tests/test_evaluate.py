@@ -413,4 +413,4 @@ def test_a_straight_path_leaves_roll_free_and_se3_says_so():
     p = np.linspace([0, 0, 0], [50, 20, 1], 300) + RNG.normal(0, 0.01, (300, 3))
     with pytest.raises(DataError, match="align with yaw"):
         evaluate(trajectory(p), reference(p), align="se3")
-    assert evaluate(trajectory(p), reference(p), align="yaw").ate_rmse_3d_m < 1e-9
+    assert evaluate(trajectory(p), reference(p), align="yaw").to_dict()["ate_rmse_3d_m"] < 1e-9
