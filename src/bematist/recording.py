@@ -126,7 +126,7 @@ class Recording:
         """
         part = slice(start, stop)
         time = self.time[part]
-        rows = np.empty((len(time), 10))
+        rows = np.empty((10, len(time))).T  # each column in one piece, as the kernels read them
         rows[:, 0] = time
         rows[:, 1:4] = self.specific_force[part]
         rows[:, 4:7] = self.angular_rate[part]

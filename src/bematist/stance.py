@@ -161,12 +161,16 @@ NO_FLAGS = np.empty(0)
 
 
 def filled(state: Array, rows: Array, gap_s: float) -> tuple[Array, Array]:
-    """Rows (n,10) with missing values held, and their flags (n,), or the rows themselves and `NO_FLAGS` where none is missing."""
-    if np.isfinite(rows[:, 1:7]).all():
-        return rows, NO_FLAGS
-    rows, flags = rows.copy(), np.empty(len(rows))
-    kernel.fill(state, rows, flags, gap_s)
-    return rows, flags
+    """Sample rows (n,10) as the kernels take them: columns (10,n), missing values held, and flags (n,) or `NO_FLAGS` where none is missing.
+
+    Kernels read few columns of many rows, so that each column is in one piece.
+    """
+    columns = np.ascontiguousarray(rows.T)
+    if np.isfinite(columns[1:7]).all():
+        return columns, NO_FLAGS
+    columns, flags = columns.copy(), np.empty(len(rows))
+    kernel.fill(state, columns, flags, gap_s)
+    return columns, flags
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,11 +214,11 @@ def detect(
     index, state = memory(parameters, rate_hz)
     latency = round(parameters.latency_s(rate_hz) * rate_hz)
     out = np.empty((len(rows) + latency, 3))
-    rows, flags = filled(state, rows, gap_s)
+    columns, flags = filled(state, rows, gap_s)
     written = kernel.detect(
         index,
         state,
-        rows,
+        columns,
         flags,
         True,
         parameters.accel_sd**-2,

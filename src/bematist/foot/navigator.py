@@ -92,7 +92,7 @@ class FootIns:
 
         Rows whose time does not increase are dropped and counted in a warning.
         """
-        return self._piece(np.ascontiguousarray(rows, float).reshape(-1, 10), False)
+        return self._piece(np.asarray(rows, float).reshape(-1, 10), False)
 
     def finish(self) -> Trajectory:
         """No more samples will come: the trajectory of those that were still waiting."""
@@ -110,7 +110,9 @@ class FootIns:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
         self._last_time = row[0, 0]
-        n = filter_kernel.run(index, memory, S, prm, row, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
+        n = filter_kernel.run(
+            index, memory, S, prm, np.ascontiguousarray(row.T), stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics
+        )
         if n < 0:
             n = self._run(row, False, self._row, self._row_diagnostics)
         return self._row[0] if n else None
@@ -172,8 +174,8 @@ class FootIns:
     def _run(self, rows: Array, finish: bool, nav: Array, diagnostics: NDArray[np.float32]) -> int:
         assert self._state is not None
         index, memory, S, prm = self._state
-        rows, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
-        return filter_kernel.run(index, memory, S, prm, rows, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
+        columns, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
+        return filter_kernel.run(index, memory, S, prm, columns, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
 
     def _increasing(self, rows: Array) -> Array:
         t = np.concatenate([[self._last_time], rows[:, 0]])
@@ -183,7 +185,7 @@ class FootIns:
             rows = rows[later]
         if len(rows):
             self._last_time = float(rows[-1, 0])
-        return np.ascontiguousarray(rows)
+        return rows
 
     def _align(self, finish: bool) -> Array | None:
         """Once the start is gathered: align, set up the state, and return all rows gathered so far; None before that."""

@@ -210,39 +210,39 @@ def write(S, t, nav, diag, k):
 
 
 @inlined
-def load(index, memory, rows, flags, start, j, S):
-    """Copy sample j (in the caller's rows from `start` on, in the ring before) to S[ROW:]."""
+def load(index, memory, columns, flags, start, j, S):
+    """Copy sample j (in the caller's columns from `start` on, in the ring before) to S[ROW:]."""
     if j < start:
         r = index[stance.ROWS] + stance.ROW * (j & index[stance.MASK])
         for c in range(11):
             S[ROW + c] = memory[r + c]
     else:
         for c in range(10):
-            S[ROW + c] = rows[j - start, c]
+            S[ROW + c] = columns[c, j - start]
         S[ROW + 10] = stance.MEASURED if flags.shape[0] == 0 else flags[j - start]
 
 
 @kernel
-def run(index, memory, S, prm, rows, flags, finish, T, nav, diag):
-    """Filter sample rows (n,10); write results of the samples whose verdict is known. Returns how many rows were written.
+def run(index, memory, S, prm, columns, flags, finish, T, nav, diag):
+    """Filter samples, columns (10,n); write results of the samples whose verdict is known. Returns how many rows were written.
 
-    One row or a million: the same compiled code, so that chunks of any size give the same bits. rows must be complete, or come with the
+    One row or a million: the same compiled code, so that chunks of any size give the same bits. columns must be complete, or come with the
     flags that `stance.fill` gave; else nothing is done and -1 returned. `finish`: no more will come, and what still waits for its window
     is written too; nav and diag need n + latency rows then, n otherwise. T is scratch, see `stance.statistics`.
     """
-    if flags.shape[0] == 0 and not stance.complete(rows):
+    if flags.shape[0] == 0 and not stance.complete(columns):
         return -1
     start = index[stance.COUNT]
     first = stance.origin(index)
-    known = stance.statistics(index, memory, rows, flags, finish, prm[WEIGHT_A], prm[WEIGHT_G], prm[G], T)
+    known = stance.statistics(index, memory, columns, flags, finish, prm[WEIGHT_A], prm[WEIGHT_G], prm[G], T)
     judged = index[stance.JUDGED]
     last = known if finish else known - index[stance.LOOKAHEAD]
     for j in range(judged, last):
         statistic, limit, sd = stance.verdict(
             index, memory, T, first, j, known, prm[THRESHOLD], prm[ZERO_VELOCITY_SD], prm[FLOOR], prm[RATIO]
         )
-        load(index, memory, rows, flags, start, j, S)
+        load(index, memory, columns, flags, start, j, S)
         navigate(S, prm, statistic, limit, sd, nav, diag, j - judged)
     index[stance.JUDGED] = max(judged, last)
-    stance.keep(index, memory, rows, flags)
+    stance.keep(index, memory, columns, flags)
     return index[stance.JUDGED] - judged

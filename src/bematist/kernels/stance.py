@@ -81,19 +81,19 @@ def _channels(f0, f1, f2, w0, w1, w2, detector):
 
 
 @inlined
-def _new(rows, flags, k, detector):
+def _new(columns, flags, k, detector):
     """What row k of the caller's adds to the sums."""
     if flags.shape[0] > 0 and flags[k] == MISSING:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    return _channels(rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6], detector)
+    return _channels(columns[1, k], columns[2, k], columns[3, k], columns[4, k], columns[5, k], columns[6, k], detector)
 
 
 @inlined
-def _any(index, memory, rows, flags, k, detector):
-    """What sample k adds to the sums, counted from the first of rows: before it, from the ring; before all and after the end, nothing."""
+def _any(index, memory, columns, flags, k, detector):
+    """What sample k adds to the sums, counted from the first of the call: before it, from the ring; before all and after the end, nothing."""
     if k >= 0:
-        if k < rows.shape[0]:
-            return _new(rows, flags, k, detector)
+        if k < columns.shape[1]:
+            return _new(columns, flags, k, detector)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     j = index[COUNT] + k
     r = index[ROWS] + ROW * (j & index[MASK])
@@ -119,22 +119,22 @@ def shocked(leaving, sums):
 
 
 @inlined
-def _anew(index, memory, rows, flags, last, detector):
-    """Sums of the window that ends with sample `last`, counted from the first of rows."""
+def _anew(index, memory, columns, flags, last, detector):
+    """Sums of the window that ends with sample `last`, counted from the first of the call."""
     sums = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(last + 1 - index[WINDOW], last + 1):
-        sums = _plus(sums, _any(index, memory, rows, flags, i, detector))
+        sums = _plus(sums, _any(index, memory, columns, flags, i, detector))
     return sums
 
 
 @inlined
-def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
+def statistics(index, memory, columns, flags, finish, weight_a, weight_g, g, T):
     """Statistic of every sample whose window is full, or cut off by the end, into T; returns how many samples have one by now.
 
-    T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of rows (and, at the
+    T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of the call (and, at the
     end, for half a window more): T[c - first] belongs to sample c, with first = count - (N - 1)/2 - 2·LOOKAHEAD.
     """
-    n = rows.shape[0]
+    n = columns.shape[1]
     start = index[COUNT]
     size = index[WINDOW]
     detector = index[DETECTOR]
@@ -147,21 +147,21 @@ def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
     k = 0
     while k < end:
         if (start + k) % REFRESH == 0:
-            sums = _anew(index, memory, rows, flags, k - 1, detector)
+            sums = _anew(index, memory, columns, flags, k - 1, detector)
         stop = min(end, k + REFRESH - (start + k) % REFRESH)
         if k >= size and stop <= n:
             for i in range(k, stop):
-                leaving = _new(rows, flags, i - size, detector)
-                sums = _minus(_plus(sums, _new(rows, flags, i, detector)), leaving)
+                leaving = _new(columns, flags, i - size, detector)
+                sums = _minus(_plus(sums, _new(columns, flags, i, detector)), leaving)
                 if shocked(leaving, sums):
-                    sums = _anew(index, memory, rows, flags, i, detector)
+                    sums = _anew(index, memory, columns, flags, i, detector)
                 T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
         else:
             for i in range(k, stop):
-                leaving = _any(index, memory, rows, flags, i - size, detector)
-                sums = _minus(_plus(sums, _any(index, memory, rows, flags, i, detector)), leaving)
+                leaving = _any(index, memory, columns, flags, i - size, detector)
+                sums = _minus(_plus(sums, _any(index, memory, columns, flags, i, detector)), leaving)
                 if shocked(leaving, sums):
-                    sums = _anew(index, memory, rows, flags, i, detector)
+                    sums = _anew(index, memory, columns, flags, i, detector)
                 T[kept + i] = _statistic(sums, detector, weight_a, weight_g, g)
         k = stop
     memory[SUMS], memory[SUMS + 1], memory[SUMS + 2], memory[SUMS + 3], memory[SUMS + 4], memory[SUMS + 5] = sums
@@ -171,55 +171,55 @@ def statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T):
 
 
 @inlined
-def keep(index, memory, rows, flags):
-    """After a call: keep the last samples of rows in the ring, and what a missing value would be held at."""
-    n = rows.shape[0]
+def keep(index, memory, columns, flags):
+    """After a call: keep the last samples in the ring, and what a missing value would be held at."""
+    n = columns.shape[1]
     mask = index[MASK]
     start = index[COUNT]
     for k in range(max(0, n - mask - 1), n):
         r = index[ROWS] + ROW * ((start + k) & mask)
         for c in range(10):
-            memory[r + c] = rows[k, c]
+            memory[r + c] = columns[c, k]
         memory[r + 10] = MEASURED if flags.shape[0] == 0 else flags[k]
     if n > 0 and flags.shape[0] == 0:
-        memory[HELD] = memory[HELD + 1] = rows[n - 1, 0]
+        memory[HELD] = memory[HELD + 1] = columns[0, n - 1]
         for c in range(6):
-            memory[HELD + 2 + c] = rows[n - 1, 1 + c]
+            memory[HELD + 2 + c] = columns[1 + c, n - 1]
     index[COUNT] = start + n
 
 
 @inlined
-def complete(rows):
-    """Whether every specific force and angular rate of rows is a number."""
+def complete(columns):
+    """Whether every specific force and angular rate is a number."""
     total = 0.0
-    for k in range(rows.shape[0]):
+    for k in range(columns.shape[1]):
         for c in range(1, 7):
-            total += rows[k, c] - rows[k, c]
+            total += columns[c, k] - columns[c, k]
     return total == 0.0
 
 
 @kernel
-def fill(memory, rows, flags, gap_s):
+def fill(memory, columns, flags, gap_s):
     """Hold the last good value over NaN in specific force or angular rate, in place, for at most `gap_s`; say in flags what was done.
 
     A sample whose values have been missing for longer is set to zero and flagged MISSING.
     """
-    for k in range(rows.shape[0]):
-        t = rows[k, 0]
+    for k in range(columns.shape[1]):
+        t = columns[0, k]
         flags[k] = MEASURED
         for sensor in range(2):
             c = 1 + 3 * sensor
-            if math.isfinite(rows[k, c] + rows[k, c + 1] + rows[k, c + 2]):
+            if math.isfinite(columns[c, k] + columns[c + 1, k] + columns[c + 2, k]):
                 memory[HELD + sensor] = t
                 for i in range(3):
-                    memory[HELD + 2 + 3 * sensor + i] = rows[k, c + i]
+                    memory[HELD + 2 + 3 * sensor + i] = columns[c + i, k]
             else:
                 flags[k] = max(flags[k], HELD_SAMPLE if t - memory[HELD + sensor] <= gap_s else MISSING)
                 for i in range(3):
-                    rows[k, c + i] = memory[HELD + 2 + 3 * sensor + i]
+                    columns[c + i, k] = memory[HELD + 2 + 3 * sensor + i]
         if flags[k] == MISSING:
             for c in range(1, 7):
-                rows[k, c] = 0.0
+                columns[c, k] = 0.0
 
 
 @inlined
@@ -268,17 +268,17 @@ def origin(index):
 
 
 @kernel
-def detect(index, memory, rows, flags, finish, weight_a, weight_g, g, threshold, zero_velocity_sd, floor, ratio, T, out):
+def detect(index, memory, columns, flags, finish, weight_a, weight_g, g, threshold, zero_velocity_sd, floor, ratio, T, out):
     """Statistic, threshold and zero-velocity standard deviation of every sample: the detector without the filter.
 
-    rows (n,10) sample rows without NaN in force and rate, or with the flags (n,) that `fill` gave, else flags (0,); finish: no more will
+    columns (10,n) samples without NaN in force and rate, or with the flags (n,) that `fill` gave, else flags (0,); finish: no more will
     come; T scratch (see `statistics`); out (n + latency, 3), or (0, 3) where only the statistics in T are wanted. Returns the number of
     rows written.
     """
     first = origin(index)
-    known = statistics(index, memory, rows, flags, finish, weight_a, weight_g, g, T)
+    known = statistics(index, memory, columns, flags, finish, weight_a, weight_g, g, T)
     if out.shape[0] == 0:
-        keep(index, memory, rows, flags)
+        keep(index, memory, columns, flags)
         return 0
     judged = index[JUDGED]
     last = known if finish else known - index[LOOKAHEAD]
@@ -286,5 +286,5 @@ def detect(index, memory, rows, flags, finish, weight_a, weight_g, g, threshold,
         statistic, limit, sd = verdict(index, memory, T, first, j, known, threshold, zero_velocity_sd, floor, ratio)
         out[j - judged, 0], out[j - judged, 1], out[j - judged, 2] = statistic, limit, sd
     index[JUDGED] = max(judged, last)
-    keep(index, memory, rows, flags)
+    keep(index, memory, columns, flags)
     return index[JUDGED] - judged
