@@ -184,6 +184,15 @@ def test_time_that_does_not_increase_is_dropped():
     assert before == 10 and "20 sample(s)" in ins.warnings[-1]
 
 
+def test_a_caller_may_use_his_buffer_again():
+    rows, buffer = RECORDING.samples(), np.empty((50, 10))
+    ins, pieces = FootIns(), []
+    for start in range(0, len(rows), 50):
+        buffer[:] = rows[start : start + 50]
+        pieces.append(ins.update(buffer))
+    assert_same_bits(FootIns().run(RECORDING), [*pieces, ins.finish()])
+
+
 def test_one_navigator_one_recording():
     ins = FootIns()
     ins.run(RECORDING)

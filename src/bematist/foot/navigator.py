@@ -110,9 +110,8 @@ class FootIns:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
         self._last_time = row[0, 0]
-        n = filter_kernel.run(
-            index, memory, S, prm, np.ascontiguousarray(row.T), stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics
-        )
+        columns = row.T if row.flags.c_contiguous else np.ascontiguousarray(row.T)
+        n = filter_kernel.run(index, memory, S, prm, columns, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
         if n < 0:
             n = self._run(row, False, self._row, self._row_diagnostics)
         return self._row[0] if n else None
@@ -164,7 +163,7 @@ class FootIns:
         rows = self._increasing(rows)
         if self._state is None:
             if len(rows):
-                self._gathered.append(rows)
+                self._gathered.append(rows.copy())
             gathered = self._align(finish)
             if gathered is None:
                 return 0

@@ -90,7 +90,7 @@ def _new(columns, flags, k, detector):
 
 @inlined
 def _any(index, memory, columns, flags, k, detector):
-    """What sample k adds to the sums, counted from the first of the call: before it, from the ring; before all and after the end, nothing."""
+    """What sample k adds to the sums, counted from the first of the call: before it, from the ring; outside all, nothing."""
     if k >= 0:
         if k < columns.shape[1]:
             return _new(columns, flags, k, detector)
@@ -131,8 +131,8 @@ def _anew(index, memory, columns, flags, last, detector):
 def statistics(index, memory, columns, flags, finish, weight_a, weight_g, g, T):
     """Statistic of every sample whose window is full, or cut off by the end, into T; returns how many samples have one by now.
 
-    T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of the call (and, at the
-    end, for half a window more): T[c - first] belongs to sample c, with first = count - (N - 1)/2 - 2·LOOKAHEAD.
+    T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of the call (and, at
+    the end, for half a window more): T[c - first] belongs to sample c, with first = count - (N - 1)/2 - 2·LOOKAHEAD.
     """
     n = columns.shape[1]
     start = index[COUNT]
