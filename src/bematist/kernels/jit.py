@@ -24,7 +24,7 @@ def _stamp(dispatcher: Any) -> None:
     numba looks only at the file of the kernel itself, not at those of the functions that are inlined into it.
     """
     cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if hasattr(cache_file, "_source_stamp"):
+    if cache_file is not None and hasattr(cache_file, "_source_stamp"):
         files = sorted(Path(__file__).parent.glob("*.py"))
         cache_file._source_stamp = tuple((f.name, f.stat().st_mtime, f.stat().st_size) for f in files)
 
