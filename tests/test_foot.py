@@ -247,3 +247,25 @@ def test_a_long_gap_is_survived_by_the_next_stance():
     assert np.degrees(np.arctan2(np.linalg.norm(up[:2]), up[2])) < 0.5
     assert np.abs(track.velocity[-1]).max() < 0.01
     assert np.linalg.norm(track.position_sd[-1]) > 1
+
+
+def test_a_threshold_means_the_absolute_rule():
+    low, high = (bm.track(RECORDING, "foot", stance={"threshold": x}) for x in (0.02, 150.0))
+    assert low.parameters["stance"]["rule"] == "absolute" and low.stance.mean() < high.stance.mean()
+    kept = bm.track(RECORDING, "foot", stance={"threshold": 1.0, "rule": "relative"})
+    assert kept.parameters["stance"]["rule"] == "relative"
+
+
+def test_wrong_units_and_shapes_are_told():
+    g = RECORDING.replace(specific_force=RECORDING.specific_force / 9.80665)
+    assert any("is its unit m/s²" in w for w in bm.track(g).warnings)
+    assert not any("is its unit" in w for w in bm.track(RECORDING).warnings)
+    with pytest.raises(bm.UsageError, match="Write NaN"):
+        FootIns().update(RECORDING.samples()[:10, :7])
+    with pytest.raises(bm.UsageError, match="read the file first"):
+        bm.track("walk.csv")
+    assert np.isnan(FootIns().latency_s)
+
+
+def test_what_is_printed_is_short():
+    assert repr(RECORDING).startswith("Recording(arrays, 4000 samples, ") and len(repr(bm.track(RECORDING))) < 80

@@ -173,6 +173,11 @@ def initial_alignment(
         )
     duration = float(rows[last - 1, 0] - rows[first, 0])
     warnings: list[str] = []
+    if abs(float(np.linalg.norm(up)) - gravity) > 0.1 * gravity:
+        warnings.append(
+            f"The specific force is {np.linalg.norm(up):.3g} m/s² where the foot is quietest, and not {gravity:.3g}: is its unit m/s², and "
+            "are accelerometer and gyroscope not exchanged?"
+        )
     prior = parameters.gyro_bias_sd**2
     bias, variance = np.zeros(3), prior
     if resting:

@@ -82,7 +82,8 @@ def track(
 ) -> Trajectory:
     """The path of a recording by a named method.
 
-    config and overrides change parameters of the method, nested: `track(r, "zupt", stance={"threshold": 200})`. chunk feeds that many
+    config and overrides change parameters of the method, nested: `track(r, "zupt", stance={"threshold": 200})`; a threshold makes the
+    stance rule absolute unless a rule is given with it. chunk feeds that many
     samples at a time (the result is the same to the bit). progress is called with samples done and of all.
 
     Raises
@@ -92,6 +93,16 @@ def track(
     DataError
         The recording cannot be processed.
     """
+    if not isinstance(recording, Recording):
+        raise UsageError(f"track takes a Recording, not {type(recording).__name__}: read the file first, track(read(path)).")
     m = find_method(method)
-    parameters = m.parameters.override(config or {}).override(overrides)
+    parameters = m.parameters.override(_with_rule(config or {})).override(_with_rule(overrides))
     return FootIns(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)
+
+
+def _with_rule(changes: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A threshold belongs to the absolute rule: who gives one means that rule."""
+    stance = changes.get("stance")
+    if isinstance(stance, Mapping) and stance.get("threshold") is not None and "rule" not in stance:
+        return {**changes, "stance": {**stance, "rule": "absolute"}}
+    return changes

@@ -38,7 +38,7 @@ class Reference:
     note: str = ""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Recording:
     """Samples of a body-worn sensor, each sensor on its own clock, in SI units and µT, in the sensor's own axes.
 
@@ -101,6 +101,10 @@ class Recording:
                 )
             object.__setattr__(self, times, t)
             object.__setattr__(self, values, v)
+
+    def __repr__(self) -> str:
+        field = f", {len(self.magnetic_time)} of the field" if self.has_magnetometer else ""
+        return f"Recording({self.source or 'arrays'}, {len(self)} samples{field}, {self.duration_s:.1f} s)"
 
     def __len__(self) -> int:
         return len(self.time)

@@ -25,7 +25,7 @@ PACKED = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 """Where the entry (i, j) of a symmetric 3x3 matrix stands in its packed upper triangle (xx, xy, xz, yy, yz, zz)."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Trajectory:
     """A path with its uncertainty, one row per inertial sample, in ENU.
 
@@ -56,6 +56,10 @@ class Trajectory:
     warnings: tuple[str, ...] = ()
     processing_s: float = float("nan")
     source: str = ""
+
+    def __repr__(self) -> str:
+        duration = self.time[-1] - self.time[0] if len(self) else 0.0
+        return f"Trajectory({self.method or 'no method'}, {len(self)} samples, {duration:.1f} s)"
 
     def __len__(self) -> int:
         return len(self.time)

@@ -351,7 +351,9 @@ def _velocity(pairs: Pairs, truth: Trajectory | None, alignment: Alignment) -> t
 def _notes(alignment: Alignment, height: bool, pairs: Pairs) -> list[str]:
     notes = []
     if alignment.mirrored:
-        notes.append("the reference's frame is left-handed: its second axis was turned round before aligning")
+        notes.append(
+            "the reference was mirrored before aligning, since its frame may be left-handed: if it is not, a sensor axis has the wrong sign"
+        )
     if not height:
         notes.append("the reference has no height: errors and lengths are in the plan")
     if len(pairs.rows) < 3 and alignment.kind in ("yaw", "se3"):

@@ -85,14 +85,20 @@ class FootIns:
     @property
     def latency_s(self) -> float:
         """Delay of an answer after the start, s (NaN before the sampling rate is known)."""
-        return self.parameters.stance.latency_s(self._rate_hz)
+        return self.parameters.stance.latency_s(self._rate_hz) if self._rate_hz > 0 else math.nan
 
     def update(self, rows: Array) -> Trajectory:
         """Take in sample rows (n,10); returns the trajectory of the samples that are now decided (it may be empty).
 
         Rows whose time does not increase are dropped and counted in a warning.
         """
-        return self._piece(np.asarray(rows, float).reshape(-1, 10), False)
+        rows = np.asarray(rows, float)
+        if rows.ndim != 2 or rows.shape[1] != 10:
+            raise UsageError(
+                f"update() takes rows of ten numbers (n,10): time, specific force, angular rate, magnetic flux density; this has shape "
+                f"{rows.shape}. Write NaN where there is no magnetometer."
+            )
+        return self._piece(rows, False)
 
     def finish(self) -> Trajectory:
         """No more samples will come: the trajectory of those that were still waiting."""

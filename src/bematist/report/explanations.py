@@ -77,7 +77,7 @@ def nis(drawn: Sequence[Subject]) -> Panel:
         traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
     if traces:
         traces.append(level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot"))
-    note = "Normalised innovation squared. A filter that judges itself rightly has 3 on average."
+    note = "Normalised innovation squared. 3 on average where the foot is as still as the filter takes it to be; less where it is stiller."
     return Panel("nis", "Zero-velocity NIS", "NIS", traces, note, log=True)
 
 
