@@ -58,7 +58,7 @@ class Native:
     """The yardstick's filters and detector over the same samples."""
 
     def __init__(self, library: ctypes.CDLL, rows: np.ndarray, standing: np.ndarray) -> None:
-        self.library, self.n = library, len(rows)
+        self.compiled, self.n = library, len(rows)
         self.accel, self.gyro = np.ascontiguousarray(rows[:, 1:4]), np.ascontiguousarray(rows[:, 4:7])
         self.standing = standing.astype(np.uint8)
         self.parameters = np.array([-9.80665, 1e-6, 1e-4, 0, 1e-9, 1e-11, 1e-4])
@@ -72,13 +72,13 @@ class Native:
 
     def filter(self, layout_name: str) -> None:
         arrays = [self.parameters, self.p0, self.x0, self.out, self.P]
-        getattr(self.library, f"ins_{layout_name}")(
+        getattr(self.compiled, f"ins_{layout_name}")(
             ctypes.c_int64(self.n), *map(self._p, (self.accel, self.gyro, self.standing)), ctypes.c_double(1 / 238), *map(self._p, arrays)
         )
 
     def detector(self) -> None:
         scalars = [ctypes.c_double(v) for v in (0.09, 0.00274, 9.80665)]
-        self.library.shoe_running(ctypes.c_int64(self.n), self._p(self.accel), self._p(self.gyro), WINDOW, *scalars, self._p(self.T))
+        self.compiled.shoe_running(ctypes.c_int64(self.n), self._p(self.accel), self._p(self.gyro), WINDOW, *scalars, self._p(self.T))
 
 
 def filter_call(rows: np.ndarray, method: str) -> Callable[[], float]:

@@ -124,7 +124,8 @@ def triad(a1: Array, b1: Array, a2: Array, b2: Array) -> Array:
 
 def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float) -> tuple[int, int, bool]:
     """First and one-past-last row of the first good rest, and whether it is one; else the quietest tenth of a second."""
-    statistic = detect(rows, StanceParameters(window_s=0.1), rate_hz, gravity=gravity)[:, 0]
+    detector = StanceParameters(window_s=0.1)
+    statistic = detect(rows, detector, rate_hz, gravity=gravity)[:, 0]
     still = statistic < parameters.rest_statistic
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
     long_enough = rows[edges[:, 1] - 1, 0] - rows[edges[:, 0], 0] >= parameters.shortest_s
@@ -133,7 +134,7 @@ def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gr
         length = edges[:, 1] - edges[:, 0]
         first, last = edges[np.argmax(length >= min(0.5 * length.max(), ENOUGH_S * rate_hz))]
         # The window reaches over the edge of the rest by half its length.
-        half = StanceParameters(window_s=0.1).window_samples(rate_hz) // 2
+        half = detector.window_samples(rate_hz) // 2
         if last < len(rows) and last - first > 4 * half:
             last -= half
         return int(first), int(last), True

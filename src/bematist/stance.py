@@ -118,9 +118,13 @@ class StanceParameters(Parameters):
         """Samples on either side whose least statistic counts."""
         return round(self.lookaround_s * rate_hz) if self.rule == "relative" else 0
 
+    def latency_samples(self, rate_hz: float) -> int:
+        """Delay between a sample and its verdict, samples."""
+        return (self.window_samples(rate_hz) - 1) // 2 + self.lookaround_samples(rate_hz)
+
     def latency_s(self, rate_hz: float) -> float:
         """Delay between a sample and its verdict, s."""
-        return ((self.window_samples(rate_hz) - 1) // 2 + self.lookaround_samples(rate_hz)) / rate_hz
+        return self.latency_samples(rate_hz) / rate_hz
 
 
 def sampling_rate(time: Array, longest_s: float = 10.0) -> float:
@@ -212,8 +216,7 @@ def detect(
 ) -> Array:
     """Statistic, threshold and zero-velocity standard deviation (m/s, 0 in swing) of sample rows (N,10): (N,3)."""
     index, state = memory(parameters, rate_hz)
-    latency = round(parameters.latency_s(rate_hz) * rate_hz)
-    out = np.empty((len(rows) + latency, 3))
+    out = np.empty((len(rows) + parameters.latency_samples(rate_hz), 3))
     columns, flags = filled(state, rows, gap_s)
     written = kernel.detect(
         index,

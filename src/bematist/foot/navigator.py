@@ -156,7 +156,7 @@ class FootIns:
     def _piece(self, rows: Array, finish: bool) -> Trajectory:
         waiting = sum(len(r) for r in self._gathered)
         if self._state is not None:
-            waiting = round(self.latency_s * self._rate_hz)
+            waiting = self.parameters.stance.latency_samples(self._rate_hz)
         nav = np.empty((waiting + len(rows), kernel.NAV))
         diagnostics = np.empty((len(nav), kernel.DIAG), np.float32)
         n = self._advance(rows, finish, nav, diagnostics)
