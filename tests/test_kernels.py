@@ -242,7 +242,7 @@ def test_covariance_stays_symmetric_and_positive():
 
 def test_the_cache_of_a_kernel_knows_the_files_that_are_inlined_into_it():
     stamp = filter_kernel.run._cache._cache_file._source_stamp
-    assert {"error_state.py", "stance.py", "layout.py", "foot.py"} <= {name for name, *_ in stamp}
+    assert {"error_state.py", "stance.py", "layout.py", "foot.py", "strapdown.py"} <= {name for name, *_ in stamp}
 
 
 def test_running_sums_do_not_drift():

@@ -9,21 +9,9 @@ The covariance is 15 rows of 16 at the head of the workspace S (the last column 
 
 import math
 
+from bematist.kernels import layout as at
 from bematist.kernels.jit import inlined
-from bematist.kernels.layout import (
-    BA,
-    DIRECTION_SD,
-    FIELD_E,
-    FIELD_N,
-    FIELD_U,
-    TILT_SD,
-    E,
-    G,
-    M,
-    Q,
-    V,
-    W,
-)
+from bematist.kernels.layout import BA, E, M, Q, V, W
 from bematist.kernels.rotation import exp_quaternion, multiply, normalise
 
 
@@ -148,10 +136,10 @@ def replace_attitude(S, prm, c0, c1, c2, c3, c4, c5):
     attitude are gone. Of e, white noise is new, but the accelerometer's offset x is not: e = C x, so psi = A x + noise, and psi takes over
     A times the covariances of x. Without them every stance would seem to tell tilt and offset apart, which it cannot.
     """
-    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
-    slope = prm[FIELD_U] / horizontal
-    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
-    g = 1 / prm[G]
+    horizontal = math.sqrt(prm[at.FIELD_E] * prm[at.FIELD_E] + prm[at.FIELD_N] * prm[at.FIELD_N])
+    slope = prm[at.FIELD_U] / horizontal
+    he, hn = prm[at.FIELD_E] / horizontal, prm[at.FIELD_N] / horizontal
+    g = 1 / prm[at.G]
     a00, a01, a02 = c3 * g, c4 * g, c5 * g
     a10, a11, a12 = -c0 * g, -c1 * g, -c2 * g
     z0, z1 = slope * he, slope * hn
@@ -162,7 +150,7 @@ def replace_attitude(S, prm, c0, c1, c2, c3, c4, c5):
         z = z0 * x + z1 * y
         S[c], S[16 + c], S[32 + c] = x, y, z
         S[16 * c], S[16 * c + 1], S[16 * c + 2] = x, y, z
-    tilt = prm[TILT_SD] * prm[TILT_SD]
+    tilt = prm[at.TILT_SD] * prm[at.TILT_SD]
     xx = a00 * S[9] + a01 * S[10] + a02 * S[11] + tilt
     xy = a10 * S[9] + a11 * S[10] + a12 * S[11]
     yy = a10 * S[25] + a11 * S[26] + a12 * S[27] + tilt
@@ -170,7 +158,7 @@ def replace_attitude(S, prm, c0, c1, c2, c3, c4, c5):
     S[1] = S[16] = xy
     S[2] = S[32] = z0 * xx + z1 * xy
     S[18] = S[33] = z0 * xy + z1 * yy
-    S[34] = z0 * z0 * xx + 2 * z0 * z1 * xy + z1 * z1 * yy + prm[DIRECTION_SD] * prm[DIRECTION_SD]
+    S[34] = z0 * z0 * xx + 2 * z0 * z1 * xy + z1 * z1 * yy + prm[at.DIRECTION_SD] * prm[at.DIRECTION_SD]
 
 
 @inlined

@@ -2,30 +2,10 @@
 
 import math
 
+from bematist.kernels import layout as at
 from bematist.kernels.error_state import attitude_measurement, feed_back, replace_attitude
 from bematist.kernels.jit import inlined
-from bematist.kernels.layout import (
-    BA,
-    FIELD_E,
-    FIELD_INCLINATION,
-    FIELD_N,
-    FIELD_NORM,
-    FIELD_U,
-    HEADING_SD,
-    HEADING_TOLERANCE,
-    INCLINATION,
-    INCLINATION_REFUSED,
-    INCLINATION_TOLERANCE,
-    INNOVATION_REFUSED,
-    NO_SAMPLE,
-    NORM,
-    NORM_REFUSED,
-    NORM_TOLERANCE,
-    PASSED,
-    ROW,
-    USED,
-    Q,
-)
+from bematist.kernels.layout import BA, ROW, Q
 from bematist.kernels.rotation import matrix, normalise
 
 
@@ -79,7 +59,7 @@ def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
 def set_attitude(S, prm):
     """State 3 of MAGINAV Table 2 (eqs 12, 13): the attitude is TRIAD's for the sample in S[ROW:], and so is its covariance."""
     f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
-    c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[FIELD_E], prm[FIELD_N])
+    c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[at.FIELD_E], prm[at.FIELD_N])
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
     replace_attitude(S, prm, c[0], c[1], c[2], c[3], c[4], c[5])
 
@@ -93,15 +73,15 @@ def magnetic_gate(S, prm, C6, C7, C8, diag, k):
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
     if not norm >= 0:
-        return NO_SAMPLE
+        return at.NO_SAMPLE
     inclination = -math.asin(min(1.0, max(-1.0, (C6 * m0 + C7 * m1 + C8 * m2) / norm))) if norm > 0 else 0.0
-    diag[k, NORM] = norm
-    diag[k, INCLINATION] = inclination
-    if abs(norm - prm[FIELD_NORM]) > prm[NORM_TOLERANCE] * prm[FIELD_NORM]:
-        return NORM_REFUSED
-    if abs(inclination - prm[FIELD_INCLINATION]) > prm[INCLINATION_TOLERANCE]:
-        return INCLINATION_REFUSED
-    return PASSED
+    diag[k, at.NORM] = norm
+    diag[k, at.INCLINATION] = inclination
+    if abs(norm - prm[at.FIELD_NORM]) > prm[at.NORM_TOLERANCE] * prm[at.FIELD_NORM]:
+        return at.NORM_REFUSED
+    if abs(inclination - prm[at.FIELD_INCLINATION]) > prm[at.INCLINATION_TOLERANCE]:
+        return at.INCLINATION_REFUSED
+    return at.PASSED
 
 
 @inlined
@@ -114,12 +94,12 @@ def magnetic_heading(S, prm, m0, m1, m2):
     C0, C1, C2, C3, C4, C5, _, _, _ = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     e = C0 * m0 + C1 * m1 + C2 * m2
     n = C3 * m0 + C4 * m1 + C5 * m2
-    horizontal = math.sqrt(prm[FIELD_E] * prm[FIELD_E] + prm[FIELD_N] * prm[FIELD_N])
-    he, hn = prm[FIELD_E] / horizontal, prm[FIELD_N] / horizontal
-    slope = prm[FIELD_U] / horizontal
+    horizontal = math.sqrt(prm[at.FIELD_E] * prm[at.FIELD_E] + prm[at.FIELD_N] * prm[at.FIELD_N])
+    he, hn = prm[at.FIELD_E] / horizontal, prm[at.FIELD_N] / horizontal
+    slope = prm[at.FIELD_U] / horizontal
     nu = math.atan2(he * n - hn * e, he * e + hn * n)
-    variance = prm[HEADING_SD] * prm[HEADING_SD]
-    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[HEADING_TOLERANCE]):
+    variance = prm[at.HEADING_SD] * prm[at.HEADING_SD]
+    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[at.HEADING_TOLERANCE]):
         feed_back(S, True)
-        return USED
-    return INNOVATION_REFUSED
+        return at.USED
+    return at.INNOVATION_REFUSED
