@@ -15,7 +15,7 @@ from bematist.foot import FootIns, FootParameters
 from bematist.foot.setup import initial_covariance
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
-from bematist.kernels import rotation
+from bematist.kernels import rotation, text
 from bematist.stance import DETECTORS, StanceParameters, detect
 from walks import shaken
 
@@ -254,3 +254,27 @@ def test_running_sums_do_not_drift():
     late = detect(rows, p, 200.0)[-1500:-500, 0]
     alone = detect(rows[-2000:], p, 200.0)[-1500:-500, 0]
     np.testing.assert_allclose(late, alone, rtol=1e-9)
+
+
+class TestText:
+    def test_numbers_are_printed_as_python_prints_them(self):
+        rng = np.random.default_rng(0)
+        x = rng.normal(size=(4, 500)) * 10.0 ** rng.integers(-9, 7, (4, 500))
+        x[:, :6] = np.array([0.0, -0.0, np.nan, 9.9999996, -0.00000049, 99.5])
+        decimals = np.array([6, 8, 0, 2])
+        out = np.empty(x.size * text.CELL, np.uint8)
+        got = bytes(out[: text.rows(x, decimals, out)]).decode().splitlines()
+        assert len(got) == 500
+        for line, row in zip(got, x.T, strict=True):
+            for cell, value, places in zip(line.split(","), row, decimals, strict=True):
+                if np.isnan(value):
+                    assert cell == ""
+                else:
+                    assert len(cell.partition(".")[2]) == places and cell not in ("-0", "-0.00")
+                    assert abs(float(cell) - value) <= 0.5 * 10.0**-places * (1 + 1e-9) + 4e-16 * abs(value), (cell, value)
+
+    def test_more_digits_than_a_double_has_are_refused(self):
+        out = np.empty(3 * text.CELL, np.uint8)
+        for value in (1e10, -1e10, np.inf, -np.inf):
+            assert text.rows(np.array([[1.0, value, 2.0]]), np.array([6]), out) == -1
+        assert text.rows(np.array([[-9007199254.0]]), np.array([6]), out) <= text.CELL

@@ -134,12 +134,15 @@ class Trajectory:
             "version": __version__,
         }
 
+    def columns(self) -> list[NDArray[Any]]:
+        """The values of `COLUMNS`, each (N,)."""
+        return [self.time, *self.position.T, *self.velocity.T, *self.attitude.T, *self.position_sd.T, self.stance]
+
     def to_polars(self) -> pl.DataFrame:
         """The columns of `trajectory.csv` as a table."""
         import polars as pl
 
-        values = [self.time, *self.position.T, *self.velocity.T, *self.attitude.T, *self.position_sd.T, self.stance]
-        return pl.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+        return pl.DataFrame(dict(zip(COLUMNS, self.columns(), strict=True)))
 
     def report(self, path: str | Path, reference: Reference | None = None) -> None:
         """Write one self-contained HTML page about this trajectory."""

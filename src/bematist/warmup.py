@@ -1,9 +1,13 @@
 """`python -m bematist.warmup`: compile every kernel once into the cache, so that the first real run need not wait."""
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 
 from bematist import clockfit
 from bematist.foot import FootIns
+from bematist.io.trajectory_files import write_csv
 from bematist.recording import Recording
 from bematist.stance import analyse
 
@@ -15,7 +19,8 @@ def warm_up() -> None:
     still = np.tile([0.0, 0.0, 9.8], (n, 1)) + rng.normal(0, 0.01, (n, 3))
     still[50] = np.nan  # so that the filling of missing values is compiled too
     recording = Recording(time=np.arange(n) / 100, specific_force=still, angular_rate=rng.normal(0, 0.001, (n, 3)))
-    FootIns().run(recording)
+    with tempfile.TemporaryDirectory() as folder:
+        write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
     analyse(recording)
     clockfit.uniform(recording.time + rng.uniform(0, 0.02, n))
 

@@ -24,7 +24,7 @@ COVARIANCE_COLUMNS = tuple(
 rad²).
 """
 
-DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]}
+DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]} | {"stance": 0}
 """Decimals of the CSV: µs, µm, µm/s, and 1e-8 of a quaternion (a millionth of a degree)."""
 
 PIECE = 1 << 14
@@ -60,14 +60,22 @@ def write_parquet(trajectory: Trajectory, path: Path) -> None:
 
 
 def write_csv(trajectory: Trajectory, path: Path) -> None:
-    """`trajectory.COLUMNS`, rounded to `DECIMALS`; an unknown value is an empty cell."""
-    import polars as pl
+    """`trajectory.COLUMNS` with `DECIMALS`; an unknown value is an empty cell.
 
-    # Rounded doubles print shorter and faster than a fixed number of decimals; a NaN is no number to other readers.
-    rounded = [pl.col(name).round(n).fill_nan(None) for name, n in DECIMALS.items()]
+    Four million numbers are most of the command's work after the filter, so they have a kernel (`kernels.text`), four times as fast as
+    the table library.
+    """
+    from bematist.kernels import text
+
+    decimals = np.array([DECIMALS[name] for name in COLUMNS])
+    out = np.empty(min(PIECE, len(trajectory)) * len(COLUMNS) * text.CELL, np.uint8)
     with whole_file(path) as place, place.open("wb") as file:
-        for k, part in enumerate(_pieces(trajectory)):
-            part.to_polars().with_columns(rounded).write_csv(file, include_header=k == 0)
+        file.write((",".join(COLUMNS) + "\n").encode())
+        for part in _pieces(trajectory):
+            size = text.rows(np.stack(part.columns()), decimals, out)
+            if size < 0:
+                raise DataError(f"{path}: positions or velocities are larger than 1e9 and mean nothing. Check the units of the recording.")
+            out[:size].tofile(file)
 
 
 def _pieces(trajectory: Trajectory) -> Iterator[Trajectory]:
