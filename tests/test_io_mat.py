@@ -22,9 +22,13 @@ ARRAYS = {
 @pytest.mark.parametrize("compressed", [False, True])
 def test_arrays_as_scipy_writes_them(tmp_path, compressed):
     path = tmp_path / "a.mat"
-    others = {"text": "word", "structure": {"a": 1.0}, "cell": np.array([1, "a"], object), "complex": np.array([[1j]])}
-    savemat(path, ARRAYS | others, do_compression=compressed)
+    others = {"text": "word", "many": np.zeros(2, [("a", float)]), "cell": np.array([1, "a"], object), "complex": np.array([[1j]])}
+    tree = {"a": 1.0, "name": "word", "inner": {"longer_name": ARRAYS["cube"], "b": ARRAYS["empty"]}}
+    savemat(path, ARRAYS | others | {"tree": tree}, do_compression=compressed)
     found = load(path)
+    nested = found.pop("tree")
+    assert set(nested) == {"a", "inner"} and nested["a"].item() == 1 and set(nested["inner"]) == {"longer_name", "b"}
+    np.testing.assert_array_equal(nested["inner"]["longer_name"], ARRAYS["cube"])
     assert set(found) == set(ARRAYS)
     for name, array in ARRAYS.items():
         np.testing.assert_array_equal(found[name], np.atleast_2d(array))

@@ -55,6 +55,7 @@ class Recording:
     pressure_time, pressure : (L,) s, Pa.
     reference : the true path, where the recording came with it.
     start_ns : UNIX time of `time` 0 in ns, or None.
+    phone : whether a phone recorded it, which is seldom worn on a shoe.
     source : where the recording came from, for messages.
     notes : facts that `info` shows: units and why, the clock and why.
     warnings : what is suspicious; travels into `summary.json` and the report.
@@ -74,6 +75,7 @@ class Recording:
     pressure: Array = field(default_factory=lambda: np.empty(0))
     reference: Reference | None = None
     start_ns: int | None = None
+    phone: bool = False
     source: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

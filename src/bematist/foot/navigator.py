@@ -14,7 +14,7 @@ from bematist import stance
 from bematist.align import Alignment, initial_alignment
 from bematist.errors import DataError, UsageError
 from bematist.foot.parameters import FootParameters
-from bematist.foot.result import judge, trajectory
+from bematist.foot.result import PHONE, judge, trajectory
 from bematist.foot.setup import initial_covariance, kernel_parameters
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
@@ -72,7 +72,8 @@ class FootIns:
         nav, diagnostics = nav[:done], diagnostics[:done]
         assert self._state is not None
         elapsed = time.perf_counter() - started
-        warnings = (*recording.warnings, *self.warnings, *judge(nav, diagnostics, self._state[3]))
+        phone = (PHONE,) if recording.phone else ()
+        warnings = (*phone, *recording.warnings, *self.warnings, *judge(nav, diagnostics, self._state[3]))
         return self._trajectory(nav, diagnostics, warnings=warnings, processing_s=elapsed, source=recording.source)
 
     # -- live ------------------------------------------------------------------------------------------------------------

@@ -13,6 +13,10 @@ from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
+PHONE = (
+    "A phone recorded this, and the method is for a sensor on the shoe: unless the phone was strapped to the shoe, the path means nothing."
+)
+
 
 def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array) -> list[str]:
     """Warnings about the result."""

@@ -35,6 +35,8 @@ _TABLE = (
     Format("microstrain", "microstrain", "MicroStrain SensorConnect CSV (…:scaledAccelX …)"),
     Format("x-io", "xio", "x-io NGIMU or x-IMU3 CSV (Gyroscope X (deg/s) …), or the folder with sensors.csv or Inertial.csv"),
     Format("openshoe", "openshoe", "OpenShoe inertial text (Header: a_x [g]: …)"),
+    Format("indoor-location", "indoor_location", "Indoor Location 2.0 log of an Android phone (unix_ms TYPE_ACCELEROMETER …)"),
+    Format("text-folder", "text_folder", "folder with accelerometer.txt, gyroscope.txt … of an Android phone, without headers"),
     Format("pyshoe", "pyshoe", "PyShoe .mat (imu, ts, gt)"),
 )
 FORMATS: dict[str, Format] = {f.name: f for f in _TABLE}
@@ -92,8 +94,8 @@ def sniff(path: str | Path) -> Format:
     for candidate in FORMATS.values():
         if candidate.load().sniff(head):
             return candidate
-    if head.raw[:2] == b"\x1f\x8b" or head.raw[:4] == b"PK\x03\x04":
-        raise DataError(f"{path}: the file is compressed. Unpack it first.")
+    if head.raw[:2] == b"\x1f\x8b" or head.is_zip:
+        raise DataError(f"{path}: the file is compressed, and what is in it is in no format that is read so. Unpack it first.")
     known = "; ".join(f"{f.name}: {f.summary}" for f in FORMATS.values())
     what = "the folder" if head.is_folder else "the file" if head.lines else "the file (it is not text)"
     raise DataError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from bematist.clock import Clock, Mode, repair
 from bematist.errors import DataError
 from bematist.frames import axes_matrix
+from bematist.io.join import SAME_S, join
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.scale import check_forced, factor, time_factor, times
 from bematist.io.suspect import stuck, warnings_of
@@ -21,6 +23,8 @@ Rows = NDArray[np.int64]
 EPOCH_S = 1e8
 """Times beyond this (1973) are UNIX times."""
 WRAP_TICKS = 2.0**32
+NEAR_S = 1.0
+"""A slow sensor may have its one sample just before or after the others run."""
 BEYOND = 1e9
 """No sensor reads more, in any unit: a damaged file."""
 
@@ -44,10 +48,13 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
                 f"{raw.source}: there is no {WORDS[needed]} in the file. bematist needs an accelerometer and a gyroscope; "
                 "if the columns have other names, map them with --columns map.toml."
             )
+    _one_clock_where_equal(raw)
+    one_table = raw.streams["specific_force"].stamps is raw.streams["angular_rate"].stamps
     seconds = time_factor(raw, forced)
     start_ns = _to_seconds(raw, seconds)
     clocks = _clocks(raw, WRAP_TICKS * seconds if seconds in (1e-6, 1e-3) else None, clock)
-    time, force, rate = _inertial(clocks, raw)
+    time, force, rate = _inertial(clocks, raw, one_table)
+    _drop_strangers(clocks, raw, time)
     scaled = {"specific_force": force, "angular_rate": rate}
     for name in ("magnetic_flux_density", "pressure"):
         if name in clocks:
@@ -76,6 +83,7 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
         angular_rate=scaled["angular_rate"],
         reference=raw.reference,
         start_ns=start_ns,
+        phone=raw.phone,
         source=raw.source,
         notes=tuple(raw.notes),
         warnings=tuple(dict.fromkeys(raw.warnings)),
@@ -98,7 +106,31 @@ def _to_seconds(raw: Raw, factor: float) -> int | None:
         if key not in done:
             done[key] = (stream.stamps - (first if epoch else 0.0)) * factor
         stream.stamps = done[key]
-    return round(first * factor * 1e9) if epoch else None
+    if raw.reference is not None:
+        raw.reference = replace(raw.reference, time=(raw.reference.time - (first if epoch else 0.0)) * factor)
+    return round(first * factor * 1e9) if epoch else raw.start_ns
+
+
+def _one_clock_where_equal(raw: Raw) -> None:
+    """Streams with equal stamps share one array of them: they were sampled together."""
+    seen: list[Array] = []
+    for stream in raw.streams.values():
+        same = next((s for s in seen if s is stream.stamps or np.array_equal(s, stream.stamps, equal_nan=True)), None)
+        if same is None:
+            seen.append(stream.stamps)
+        else:
+            stream.stamps = same
+
+
+def _drop_strangers(clocks: dict[str, Clock], raw: Raw, time: Array) -> None:
+    """Leave out a sensor that never runs while the inertial ones do."""
+    for name in ("magnetic_flux_density", "pressure"):
+        if name in clocks and not ((c := clocks[name].time) <= time[-1] + NEAR_S)[c >= time[0] - NEAR_S].any():
+            raw.warnings.append(
+                f"The {WORDS[name]} runs from {c[0]:.10g} to {c[-1]:.10g} s, the others from {time[0]:.10g} to {time[-1]:.10g} s: its "
+                "stamps count from another instant, and it was left out."
+            )
+            del clocks[name]
 
 
 def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
@@ -190,18 +222,28 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
     return used
 
 
-def _inertial(clocks: Mapping[str, Clock], raw: Raw) -> tuple[Array, Array, Array]:
-    """Accelerometer and gyroscope on one time axis; NaN where one of them has no sample."""
+def _inertial(clocks: Mapping[str, Clock], raw: Raw, one_table: bool) -> tuple[Array, Array, Array]:
+    """Accelerometer and gyroscope on one time axis; NaN where one of them has no sample.
+
+    Rows of one table stay as they are; sensors with a clock of their own are joined.
+    """
     a, g = clocks["specific_force"], clocks["angular_rate"]
     f, w = raw.streams["specific_force"].values, raw.streams["angular_rate"].values
     if a is g or np.array_equal(a.time, g.time):
         return a.time, f, w
-    # Instants that agree within a µs are one instant.
+    if not one_table:
+        try:
+            joined = join(a.time, f, g.time, w)
+        except DataError as error:
+            raise DataError(f"{raw.source}: {error}") from None
+        raw.notes.append(f"Clock: {joined.note}")
+        raw.warnings += [joined.warning] if joined.warning else []
+        return joined.time, joined.force, joined.rate
     time = np.union1d(a.time, g.time)
-    time = time[np.concatenate([[True], np.diff(time) > 1e-6])]
+    time = time[np.concatenate([[True], np.diff(time) > SAME_S])]
     out = []
     for clock, values in ((a, f), (g, w)):
         full = np.full((len(time), 3), np.nan)
-        full[np.searchsorted(time, clock.time + 1e-6, side="right") - 1] = values
+        full[np.searchsorted(time, clock.time + SAME_S, side="right") - 1] = values
         out.append(full)
     return time, out[0], out[1]

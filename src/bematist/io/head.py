@@ -20,20 +20,34 @@ class Head:
     raw : up to 64 KiB; empty for a folder.
     encoding : "utf-8-sig", "utf-16" … or None where the file is not text.
     lines : the decoded lines of `raw`, without line ends; the last may be cut.
+    content : all bytes of a member of a zip; None for a file, which `data` reads.
     """
 
     path: Path
     raw: bytes
     encoding: str | None
     lines: tuple[str, ...]
+    content: bytes | None = None
 
     @property
     def is_folder(self) -> bool:
         return self.path.is_dir()
 
     @property
+    def is_zip(self) -> bool:
+        return self.raw[:4] == b"PK\x03\x04"
+
+    @property
     def is_utf8(self) -> bool:
         return self.encoding == "utf-8-sig"
+
+    def data(self) -> bytes:
+        """All bytes of the file."""
+        return self.path.read_bytes() if self.content is None else self.content
+
+    def text(self) -> str:
+        """The whole file, decoded."""
+        return self.data().decode(self.encoding or "utf-8-sig", errors="replace")
 
     def header(self, comment: str = "#") -> tuple[int, str]:
         """Index and text of the first line that is neither blank nor a comment; (-1, "") without one."""
@@ -64,11 +78,16 @@ def open_head(path: str | Path) -> Head:
     except OSError as error:
         reason = error.strerror or error
         raise DataError(f"{path}: the file cannot be opened ({reason}). Check its permissions.") from None
+    return head_of(path, raw)
+
+
+def head_of(path: Path, raw: bytes, content: bytes | None = None) -> Head:
+    """The head of a file whose first bytes are `raw`; `content` where all of it is at hand. Raises DataError where it is empty."""
     if not raw.strip(b"\xef\xbb\xbf\r\n\t \x00"):
         raise DataError(f"{path}: the file is empty. Export the recording again.")
     encoding = _encoding(raw)
     lines = tuple(raw.decode(encoding, errors="replace").splitlines()) if encoding else ()
-    return Head(path, raw, encoding, lines)
+    return Head(path, raw, encoding, lines, content)
 
 
 def _encoding(raw: bytes) -> str | None:

@@ -1,4 +1,4 @@
-"""MATLAB's level 5 files: the real numeric arrays in them.
+"""MATLAB's level 5 files: the real numeric arrays in them, in structures too.
 
 Written here because the reader of scipy ends the process on some damaged files, and takes longer to import than to read.
 Format: "MAT-File Format", The MathWorks; data elements of a type, a length and content padded to eight bytes.
@@ -22,12 +22,13 @@ HEADER_BYTES = 128
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
-"""Array classes double, single and the integers; not cells, structures, text and sparse arrays."""
+"""Array classes double, single and the integers; not cells, text and sparse arrays."""
+_STRUCTURE = 2
 _COMPLEX = 0x08
 
 
-def load(path: Path) -> dict[str, NDArray[Any]]:
-    """The real numeric arrays of a file by name; others are left out.
+def load(path: Path) -> dict[str, Any]:
+    """The real numeric arrays of a file by name, and as dictionaries of them the structures (of one element); others are left out.
 
     Raises
     ------
@@ -66,8 +67,8 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         at = after
 
 
-def _variable(kind: int, body: bytes, order: str) -> tuple[str, NDArray[Any]] | None:
-    """Name and array of one element; None where it is no real numeric array."""
+def _variable(kind: int, body: bytes, order: str) -> tuple[str, NDArray[Any] | dict[str, Any]] | None:
+    """Name and content of one element; None where it is neither a real numeric array nor one structure."""
     if kind == _COMPRESSED:
         inner = next(_elements(zlib.decompress(body), order), None)
         return None if inner is None else _variable(*inner, order)
@@ -75,15 +76,27 @@ def _variable(kind: int, body: bytes, order: str) -> tuple[str, NDArray[Any]] | 
         return None
     parts = _elements(body, order)
     flags = struct.unpack_from(f"{order}I", _next(parts))[0]
-    if flags & 0xFF not in _NUMERIC_CLASSES or flags >> 8 & _COMPLEX:
+    structure = flags & 0xFF == _STRUCTURE
+    if (flags & 0xFF not in _NUMERIC_CLASSES and not structure) or flags >> 8 & _COMPLEX:
         return None
     shape = np.frombuffer(_next(parts), f"{order}i4")
     name = _next(parts).decode("ascii")
+    if structure:
+        return (name, _fields(parts, order)) if math.prod(shape.tolist()) == 1 else None
     stored, data = next(parts, (9, b""))
     values = np.frombuffer(data, order + _TYPES[stored])
     if (shape < 0).any() or math.prod(shape.tolist()) != len(values):
         raise ValueError(f"{name} has {len(values)} numbers for the shape {tuple(shape.tolist())}")
     return name, values.reshape(shape, order="F")
+
+
+def _fields(parts: Iterator[tuple[int, bytes]], order: str) -> dict[str, Any]:
+    """The fields of one structure by name."""
+    (length,) = struct.unpack(f"{order}i", _next(parts))
+    words = _next(parts)
+    names = [words[i : i + length].split(b"\x00")[0].decode("ascii") for i in range(0, len(words), max(length, 1))]
+    found = {name: _variable(kind, body, order) for name, (kind, body) in zip(names, parts, strict=True)}
+    return {name: value[1] for name, value in found.items() if value is not None}
 
 
 def _next(parts: Iterator[tuple[int, bytes]]) -> bytes:

@@ -11,8 +11,9 @@ import numpy as np
 
 from bematist.errors import DataError
 from bematist.io.head import Head
-from bematist.io.raw import Raw, Stream
-from bematist.io.table import read_columns, split_header
+from bematist.io.raw import Raw
+from bematist.io.streams import read_streams
+from bematist.io.table import split_header
 
 CHANNEL = re.compile(r"(?:(.*):)?(scaledAccel|scaledGyro|scaledMag|scaledAmbientPressure)([XYZ]?)$")
 QUANTITY = {
@@ -40,23 +41,18 @@ def read(head: Head) -> Raw:
     found: dict[tuple[str, str], dict[str, str]] = {}
     for name in names:
         if m := CHANNEL.match(name):
-            found.setdefault((m[1] or "", m[2]), {})[m[3]] = name
+            found.setdefault((m[1] or "", m[2]), {})[m[3].lower()] = name
+    if not found:
+        raise DataError(f"{head.path}: no column has a name such as inertial-6253.76535:scaledAccelX. Export it from SensorConnect again.")
     nodes = list(dict.fromkeys(node for node, _ in found))
     node = max(nodes, key=lambda n: sum(len(v) for k, v in found.items() if k[0] == n))
     picked = {QUANTITY[ch]: axes for (n, ch), axes in found.items() if n == node}
-    wanted = [clock, *(name for axes in picked.values() for name in axes.values())]
-    columns = read_columns(head, line, names, wanted, separator=separator, clock=clock)
-    stamps = columns[clock]
-    streams = {}
-    for quantity, axes in picked.items():
-        if missing := [a for a in "XYZ" if a not in axes] if quantity != "pressure" else []:
-            raise DataError(f"{head.path}: the channel {quantity} lacks the axis {', '.join(missing)}.")
-        streams[quantity] = Stream(stamps=stamps, values=np.stack([columns[n] for _, n in sorted(axes.items())], 1))
+    streams = read_streams(head, line, names, separator, clock, picked, dated=True)
     raw = Raw(
         source=str(head.path),
         streams=streams,
         stated={
-            "time": "ns" if np.nanmax(stamps) > 1e17 else "s",
+            "time": "ns" if np.nanmax(next(iter(streams.values())).stamps) > 1e17 else "s",
             "specific_force": "g",
             "angular_rate": "rad/s",
             "magnetic_flux_density": "G",

@@ -66,7 +66,7 @@ def _count(ticks: np.ndarray) -> np.ndarray:
 
 
 def _rows(head: Head, line: int, names: list[str], wanted: list[str]) -> np.ndarray:
-    lines = head.path.read_bytes().decode(head.encoding or "utf-8-sig", errors="replace").splitlines()
+    lines = head.text().splitlines()
     index = [names.index(n) for n in wanted]
     rows = []
     for number, text in enumerate(lines[line + 1 :], line + 2):

@@ -41,7 +41,9 @@ class Stream:
 class Raw:
     """A file's content. `stated` maps a quantity to the unit that the file states; a missing one is guessed.
 
-    Streams that share one array of stamps (the same object) are columns of one table and share one clock.
+    Streams that share one array of stamps (the same object) are columns of one table and share one clock; the others have a clock of
+    their own. All stamps, those of the reference too, are in the file's unit of time and count from one instant, which is `start_ns`
+    in UNIX time, where the file tells it apart from the stamps.
     """
 
     source: str
@@ -49,5 +51,7 @@ class Raw:
     stated: dict[str, str] = field(default_factory=dict)
     unit_source: str = "stated by the format"
     reference: Reference | None = None
+    start_ns: int | None = None
+    phone: bool = False
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)

@@ -6,6 +6,7 @@ import io
 import mmap
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -106,7 +107,7 @@ def _fast(
     for words in (None, NO_VALUE):
         try:
             frame = pl.read_csv(
-                head.path if head.is_utf8 and separator != " " else io.BytesIO(_tidy(_text(head), separator).encode()),
+                _source(head, separator),
                 has_header=False,
                 skip_lines=first + 1,
                 schema=schema,
@@ -131,6 +132,13 @@ def _fast(
             return None
         frame = frame.with_columns(moments.alias(clock))
     return frame
+
+
+def _source(head: Head, separator: str) -> Path | io.BytesIO:
+    """What polars reads: the file itself where it can."""
+    if head.is_utf8 and separator != " ":
+        return head.path if head.content is None else io.BytesIO(head.content)
+    return io.BytesIO(_tidy(head.text(), separator).encode())
 
 
 def _tidy(text: str, separator: str) -> str:
@@ -163,12 +171,10 @@ def _blank_cells(head: Head, first: int, columns: int, separator: str) -> int:
 
 
 def _contains(head: Head, comment: str) -> bool:
+    if head.content is not None or not head.is_utf8:
+        return not head.is_utf8 or comment.encode() in head.data()
     with head.path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        return not head.is_utf8 or content.find(comment.encode()) >= 0
-
-
-def _text(head: Head) -> str:
-    return head.path.read_bytes().decode(head.encoding or "utf-8-sig", errors="replace")
+        return content.find(comment.encode()) >= 0
 
 
 def _slow(
@@ -184,7 +190,7 @@ def _slow(
     """Row by row: takes blanks around numbers and dates, and names the line that cannot be read."""
     index = [list(names).index(name) for name in wanted]
     rows: list[list[float]] = []
-    lines = _text(head).splitlines()
+    lines = head.text().splitlines()
     nothing = set(NO_VALUE)
     for number, line in enumerate(lines[first + 1 :], first + 2):
         if not line.strip() or line.lstrip().startswith(comment):

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
 from bematist.errors import DataError
 from bematist.io.head import Head, open_head
-from bematist.io.raw import Raw, Stream
-from bematist.io.table import read_columns, split_header
+from bematist.io.raw import Raw
+from bematist.io.streams import Found, read_streams
+from bematist.io.table import split_header
 
 COLUMN = re.compile(r"(?:(Gyroscope|Accelerometer|Magnetometer) )?([XYZ])(?: Axis)? \(([^)]*)\)$")
 CLOCK = re.compile(r"(?:Time|Timestamp) \((s|ms|us|µs|ns)\)$")
@@ -65,26 +64,19 @@ def _file(head: Head, sensor: str | None) -> Raw:
     clock = next((n for n in names if CLOCK.match(n)), None)
     if clock is None:
         raise DataError(f'{head.path}: the header has no column "Time (s)" or "Timestamp (us)". Export the file again.')
-    found: dict[str, dict[str, str]] = {}
+    found: Found = {}
     stated = {"time": (CLOCK.match(clock) or [""])[1].replace("µ", "u")}
     for name in names:
         if (m := COLUMN.match(name)) and (m[1] or sensor):
             quantity = QUANTITY[m[1] or sensor or ""]
-            found.setdefault(quantity, {})[m[2]] = name
+            found.setdefault(quantity, {})[m[2].lower()] = name
             _state(head.path, stated, quantity, m[3])
         elif m := BAROMETER.match(name):
             found["pressure"] = {"": name}
             stated["pressure"] = m[1]
     if sensor and QUANTITY[sensor] not in found:
         raise DataError(f"{head.path}: the header names no X, Y, Z of the {sensor.lower()}. Export the file again.")
-    wanted = [clock, *(n for axes in found.values() for n in axes.values())]
-    columns = read_columns(head, line, names, wanted, separator=separator)
-    streams = {}
-    for quantity, axes in found.items():
-        if quantity != "pressure" and sorted(axes) != ["X", "Y", "Z"]:
-            raise DataError(f"{head.path}: {quantity} has only the axes {', '.join(sorted(axes))}. Export all three.")
-        values = np.stack([columns[n] for _, n in sorted(axes.items())], 1)
-        streams[quantity] = Stream(stamps=columns[clock], values=values)
+    streams = read_streams(head, line, names, separator, clock, found)
     return Raw(source=str(head.path), streams=streams, stated=stated, unit_source="stated in the header")
 
 
