@@ -17,14 +17,19 @@ import numpy as np
 from bematist.frames import conjugate, rotate
 from bematist.recording import Recording, Reference
 from bematist.simulate.field import field_at
-from bematist.simulate.gait import Motion, walk
-from bematist.simulate.parameters import SCENARIOS, SENSORS, ParkedCars, Scenario, Sensor, resolve
+from bematist.simulate.footprints import walk
+from bematist.simulate.gaits import GAITS, Gait
+from bematist.simulate.motion import Motion
+from bematist.simulate.parameters import SENSORS, ParkedCars, Scenario, Sensor, resolve
+from bematist.simulate.scenarios import SCENARIOS
 from bematist.simulate.sensors import inertial_truth, measure, measure_field
 from bematist.trajectory import Trajectory
 
 __all__ = [
+    "GAITS",
     "SCENARIOS",
     "SENSORS",
+    "Gait",
     "Motion",
     "ParkedCars",
     "Scenario",

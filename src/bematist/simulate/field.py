@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.simulate.gait import Motion
+from bematist.simulate.motion import Motion
 from bematist.simulate.parameters import Scenario
 
 Array = NDArray[np.float64]

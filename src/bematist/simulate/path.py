@@ -1,11 +1,13 @@
-"""The way that is walked: legs between waypoints, joined by arcs."""
+"""The way that is walked: legs between waypoints, joined by arcs; some of them stairs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from bematist.errors import UsageError
 
 Array = NDArray[np.float64]
 
@@ -73,12 +75,50 @@ def rounded(waypoints: ArrayLike, radius_m: float) -> Path:
 
 
 def scaled(waypoints: ArrayLike, radius_m: float, length_m: float | None) -> Path:
-    """`rounded`, with the waypoints scaled so that the path has `length_m`."""
+    """`rounded`, with the plan of the waypoints scaled so that the path has `length_m`; heights stay."""
     p = np.asarray(waypoints, float)
     path = rounded(p, radius_m)
     for _ in range(20):
         if length_m is None or abs(path.length_m - length_m) < 1e-9 * length_m:
             break
-        p = p * (length_m / path.length_m)
+        p = p * [length_m / path.length_m, length_m / path.length_m, 1.0]
         path = rounded(p, radius_m)
     return path
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A flight of stairs on the path: `treads` (n+1,), m along it, from the floor before the first riser to the floor above the last."""
+
+    treads: Array
+
+
+def with_stairs(path: Path, legs: tuple[int, ...], riser_m: float, tread_m: float) -> tuple[Path, list[Flight]]:
+    """The path with stairs, all as high, in the middle of some legs (counted from 0), and the flights in order.
+
+    The height is that of the treads at the places `Flight.treads` (between them, where no foot stands, a ramp).
+
+    Raises
+    ------
+    UsageError
+        There is no such leg, it does not climb, or it is too short for its steps.
+    """
+    there = len(path.height) - 1
+    flights, at, height = [], list(path.height_at), list(path.height)
+    for leg in sorted(legs):
+        if not 0 <= leg < there:
+            raise UsageError(f"There is no leg {leg} to be stairs: the path has {there}, counted from 0.")
+        low, high = path.height[leg], path.height[leg + 1]
+        n = max(1, round(abs(high - low) / riser_m))
+        begin, end = path.begin[2 * leg], path.begin[2 * leg + 1]
+        if low == high or (n + 1) * tread_m > end - begin:
+            raise UsageError(
+                f"Leg {leg} cannot be stairs: it climbs {high - low:.2f} m, in {n} steps of {tread_m} m, on {end - begin:.2f} m of "
+                "straight path. Give its ends different heights, and more length or a smaller tread_m."
+            )
+        treads = (begin + end) / 2 + tread_m * (np.arange(n + 1) - n / 2)
+        flights.append(Flight(treads))
+        at += [treads[0], treads[-1]]
+        height += [low, high]
+    order = np.argsort(at, kind="stable")
+    return replace(path, height_at=np.array(at)[order], height=np.array(height)[order]), flights

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.frames import conjugate, rotate
-from bematist.simulate.gait import Motion
+from bematist.simulate.motion import Motion
 from bematist.simulate.parameters import Sensor
 
 Array = NDArray[np.float64]
@@ -26,20 +25,17 @@ def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, 
     rate.
     """
     if sensor.sampling == "instant":
-        return _signals(motion, time)
+        return motion.signals(time)
     step = 1 / sensor.rate_hz
-    specific_force, angular_rate = np.zeros((len(time), 3)), np.zeros((len(time), 3))
+    specific_force, angular_rate = motion.signals(time)
+    # Where an interval lies within one stance that does not rock, its mean is the value at its end.
+    i = np.flatnonzero(~motion.still(time - step, time))
+    total = [np.zeros((len(i), 3)), np.zeros((len(i), 3))]
     for node, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
-        f, w = _signals(motion, time + step * (node - 1) / 2)
-        specific_force += weight / 2 * f
-        angular_rate += weight / 2 * w
+        for sum_of, values in zip(total, motion.signals(time[i] + step * (node - 1) / 2), strict=True):
+            sum_of += weight / 2 * values
+    specific_force[i], angular_rate[i] = total
     return specific_force, angular_rate
-
-
-def _signals(motion: Motion, time: Array) -> tuple[Array, Array]:
-    state = motion.at(time)
-    up = np.array([0.0, 0.0, motion.scenario.gravity])
-    return rotate(conjugate(state.attitude), state.acceleration + up), state.angular_rate
 
 
 @dataclass(frozen=True, eq=False)
