@@ -16,7 +16,7 @@ MODULES = {
 }
 
 DATA_TYPES = {"recording", "trajectory", "frames", "units", "earth", "errors"}
-ESTIMATORS = {"foot", "hand", "methods", "align", "stance", "steps", "updates", "smooth"}
+ESTIMATORS = {"ahrs", "foot", "hand", "methods", "align", "stance", "steps", "updates", "smooth"}
 SHOWING = {"report", "reproduce", "cli"}
 TOP = {"cli", "reproduce"}
 FORBIDDEN = {

@@ -16,6 +16,10 @@ References (equation numbers in the docstrings are theirs; where a print is wron
   Sensor Fusion", IEEE Access 11, 2023, doi:10.1109/ACCESS.2023.3331656.
 - Li & Wang: X. Li, Y. Wang, "Evaluation of AHRS algorithms for foot-mounted inertial-based indoor navigation systems",
   Open Geosciences 11, 2019, doi:10.1515/geo-2019-0005.
+- Madgwick: S. O. H. Madgwick, "An efficient orientation filter for inertial and inertial/magnetic sensor arrays", University of
+  Bristol, 2010. Mahony: R. Mahony et al., "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE Trans. Automatic
+  Control 53, 2008. The gains that are default: D. Laidig et al., "BROAD - A Benchmark for Robust Inertial Orientation Estimation",
+  Data 6, 2021, doi:10.3390/data6070072.
 - Skog: I. Skog et al., "Zero-Velocity Detection - An Algorithm Evaluation", IEEE Trans. Biomed. Eng. 57, 2010.
 """
 
@@ -27,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from bematist.ahrs import FILTERS, Ahrs, Attitude, attitude
     from bematist.errors import BematistError, DataError, UsageError
     from bematist.evaluate import evaluate
     from bematist.foot import FootIns, FootParameters
@@ -36,6 +41,10 @@ if TYPE_CHECKING:
     from bematist.trajectory import Trajectory
 
 _HOME = {
+    "FILTERS": "ahrs",
+    "Ahrs": "ahrs",
+    "Attitude": "ahrs",
+    "attitude": "ahrs",
     "BematistError": "errors",
     "DataError": "errors",
     "UsageError": "errors",
@@ -52,7 +61,10 @@ _HOME = {
 }
 
 __all__ = [
+    "FILTERS",
     "METHODS",
+    "Ahrs",
+    "Attitude",
     "BematistError",
     "DataError",
     "FootIns",
@@ -61,6 +73,7 @@ __all__ = [
     "Reference",
     "Trajectory",
     "UsageError",
+    "attitude",
     "evaluate",
     "read",
     "read_reference",

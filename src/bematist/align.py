@@ -27,7 +27,7 @@ ENOUGH_S = 2.0
 """A rest this long is good enough not to look for a longer one."""
 
 
-class InitialParameters(Parameters):
+class RestParameters(Parameters):
     """The rest at the start: its average levels the sensor, gives the gyroscope's offset and the undisturbed field."""
 
     longest_s: float = Field(
@@ -37,17 +37,11 @@ class InitialParameters(Parameters):
     rest_statistic: float = Field(
         default=5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
     )
-    tilt_sd: float = Field(
-        default=math.radians(1.0),
-        ge=0,
-        description="Tilt after levelling on a rest, rad, apart from what the accelerometer's offset explains.",
-    )
     sway: float = Field(
         default=math.radians(0.1),
         ge=0,
         description="How far a standing foot turns, rad: over a rest of T seconds the gyroscope's offset is known to this over T.",
     )
-    accel_bias_sd: float = Field(default=0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
     gyro_bias_sd: float = Field(default=math.radians(1.0), ge=0, description="Gyroscope offset before the rest, rad/s.")
     heading_deg: float | None = Field(
         default=None,
@@ -58,6 +52,17 @@ class InitialParameters(Parameters):
         description="Earth's field, µT, East, North, Up: with it and a magnetometer the start is aligned to North by TRIAD. Without it and "
         "without `heading_deg` the sensor's x axis starts along East.",
     )
+
+
+class InitialParameters(RestParameters):
+    """The rest at the start, and how well it aligns a filter that knows its own uncertainty."""
+
+    tilt_sd: float = Field(
+        default=math.radians(1.0),
+        ge=0,
+        description="Tilt after levelling on a rest, rad, apart from what the accelerometer's offset explains.",
+    )
+    accel_bias_sd: float = Field(default=0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +195,7 @@ def initial_alignment(
                 f"The first good rest, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start, and the attitude "
                 "turned back from there by the gyroscope. Stand still before walking."
             )
-        if np.linalg.norm(w.mean(0)) > 3 * parameters.gyro_bias_sd:
+        if prior > 0 and np.linalg.norm(w.mean(0)) > 3 * parameters.gyro_bias_sd:
             warnings.append(
                 f"The gyroscope reads {math.degrees(float(np.linalg.norm(w.mean(0)))):.1f} deg/s at rest: the rest may be none, or the "
                 "gyroscope's offset is large or its unit wrong."

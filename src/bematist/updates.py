@@ -70,20 +70,25 @@ class MagneticParameters(Parameters):
     )
 
 
-class GapParameters(Parameters):
-    """How time without samples is bridged."""
+class StepParameters(Parameters):
+    """Which steps of time are gaps, and how attitude is carried over them."""
 
     longest_step_s: float = Field(
         default=0.02, gt=0, description="A longer step, s (and longer than 3.5 sampling periods), is a gap and is bridged."
     )
-    rate_sd: float = Field(default=1.0, ge=0, description="Angular rate in a gap, rad/s: attitude is in doubt by this times its length.")
-    speed_sd: float = Field(default=1.5, ge=0, description="Speed in a gap, m/s: position is in doubt by this times its length.")
     ballistic_s: float = Field(
         default=0.3,
         ge=0,
-        description="Up to this long, s, velocity and angular rate are carried on; longer, the foot is taken to have stopped.",
+        description="Up to this long, s, velocity and angular rate are carried on; longer, the sensor is taken to have stopped.",
     )
 
     def seconds(self, rate_hz: float) -> float:
         """The step from which on time counts as a gap, s, at a sampling rate."""
         return max(self.longest_step_s, 3.5 / rate_hz)
+
+
+class GapParameters(StepParameters):
+    """How time without samples is bridged."""
+
+    rate_sd: float = Field(default=1.0, ge=0, description="Angular rate in a gap, rad/s: attitude is in doubt by this times its length.")
+    speed_sd: float = Field(default=1.5, ge=0, description="Speed in a gap, m/s: position is in doubt by this times its length.")

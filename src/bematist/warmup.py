@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bematist import clockfit
+from bematist.ahrs import attitude
 from bematist.foot import FootIns
 from bematist.io.trajectory_files import write_csv
 from bematist.recording import Recording
@@ -21,6 +22,7 @@ def warm_up() -> None:
     recording = Recording(time=np.arange(n) / 100, specific_force=still, angular_rate=rng.normal(0, 0.001, (n, 3)))
     with tempfile.TemporaryDirectory() as folder:
         write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
+    attitude(recording)
     analyse(recording)
     clockfit.uniform(recording.time + rng.uniform(0, 0.02, n))
 

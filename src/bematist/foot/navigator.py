@@ -16,6 +16,7 @@ from bematist.errors import DataError, UsageError
 from bematist.foot.parameters import FootParameters
 from bematist.foot.result import PHONE, judge, trajectory
 from bematist.foot.setup import initial_covariance, kernel_parameters
+from bematist.intake import Intake, sample_rows
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.recording import Recording
@@ -37,10 +38,8 @@ class FootIns:
         self.parameters = parameters or FootParameters()
         self.method = method
         self.alignment: Alignment | None = None
-        self.warnings: list[str] = []
-        self._gathered: list[Array] = []
-        self._finished = False
-        self._last_time = -math.inf
+        self._intake = Intake(self.parameters.initial.longest_s, "FootIns")
+        self.warnings = self._intake.warnings
         self._rate_hz = math.nan
         self._state: tuple[NDArray[np.int64], Array, Array, Array] | None = None
         self._scratch = np.empty(0)
@@ -54,7 +53,7 @@ class FootIns:
 
         progress is called with the number of samples done and of all. Raises DataError where the recording cannot be processed.
         """
-        if self._state is not None or self._gathered:
+        if not self._intake.untouched:
             raise UsageError("This FootIns has been given samples already: make a new one for each recording.")
         if len(recording) < 2:
             raise DataError(f"{recording.source or 'The recording'}: {len(recording)} sample(s) make no path. Record for longer.")
@@ -93,19 +92,11 @@ class FootIns:
 
         Rows whose time does not increase are dropped and counted in a warning.
         """
-        rows = np.asarray(rows, float)
-        if rows.ndim != 2 or rows.shape[1] != 10:
-            raise UsageError(
-                f"update() takes rows of ten numbers (n,10): time, specific force, angular rate, magnetic flux density; this has shape "
-                f"{rows.shape}. Write NaN where there is no magnetometer."
-            )
-        return self._piece(rows, False)
+        return self._piece(sample_rows(rows), False)
 
     def finish(self) -> Trajectory:
         """No more samples will come: the trajectory of those that were still waiting."""
-        piece = self._piece(np.empty((0, 10)), True)
-        self._finished = True
-        return piece
+        return self._piece(np.empty((0, 10)), True)
 
     def step(self, row: Array) -> Array | None:
         """`update` for one row (1,10), C-contiguous float64: one result row (29,) valid until the next call, or None.
@@ -116,7 +107,7 @@ class FootIns:
         if self._state is None:
             raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
         index, memory, S, prm = self._state
-        self._last_time = row[0, 0]
+        self._intake.last_time = row[0, 0]
         columns = row.T if row.flags.c_contiguous else np.ascontiguousarray(row.T)
         n = filter_kernel.run(index, memory, S, prm, columns, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
         if n < 0:
@@ -128,11 +119,8 @@ class FootIns:
         return {
             "parameters": self.parameters.model_dump(),
             "method": self.method,
-            "gathered": np.concatenate(self._gathered) if self._gathered else np.empty((0, 10)),
-            "last_time": self._last_time,
+            "intake": self._intake.save(),
             "rate_hz": self._rate_hz,
-            "warnings": list(self.warnings),
-            "finished": self._finished,
             "alignment": self.alignment,
             "state": None if self._state is None else [a.copy() for a in self._state],
         }
@@ -141,11 +129,9 @@ class FootIns:
     def restore(cls, saved: Mapping[str, Any]) -> FootIns:
         """A navigator in the state that `save` returned."""
         self = cls(FootParameters.model_validate(saved["parameters"]), method=saved["method"])
-        self._gathered = [saved["gathered"].copy()] if len(saved["gathered"]) else []
-        self._last_time = saved["last_time"]
-        self._rate_hz = saved["rate_hz"]
-        self.warnings = list(saved["warnings"])
-        self._finished, self.alignment = saved["finished"], saved["alignment"]
+        self._intake = Intake.restore(saved["intake"])
+        self.warnings = self._intake.warnings
+        self._rate_hz, self.alignment = saved["rate_hz"], saved["alignment"]
         if saved["state"] is not None:
             index, memory, S, prm = (a.copy() for a in saved["state"])
             self._state = (index, memory, S, prm)
@@ -155,7 +141,7 @@ class FootIns:
     # -- inside ----------------------------------------------------------------------------------------------------------
 
     def _piece(self, rows: Array, finish: bool) -> Trajectory:
-        waiting = sum(len(r) for r in self._gathered)
+        waiting = self._intake.waiting
         if self._state is not None:
             waiting = self.parameters.stance.latency_samples(self._rate_hz)
         nav = np.empty((waiting + len(rows), kernel.NAV))
@@ -165,49 +151,16 @@ class FootIns:
 
     def _advance(self, rows: Array, finish: bool, nav: Array, diagnostics: NDArray[np.float32]) -> int:
         """Feed rows; write what is decided into nav and diagnostics; return how many rows that is."""
-        if self._finished:
-            raise UsageError("finish() was called: make a new FootIns for more samples.")
-        rows = self._increasing(rows)
-        if self._state is None:
-            if len(rows):
-                self._gathered.append(rows.copy())
-            gathered = self._align(finish)
-            if gathered is None:
-                return 0
-            rows = gathered
-        return self._run(rows, finish, nav, diagnostics)
+        head, rows = self._intake.take(rows, finish)
+        if head is not None:
+            self._start(head)
+        return self._run(rows, finish, nav, diagnostics) if self._state is not None else 0
 
     def _run(self, rows: Array, finish: bool, nav: Array, diagnostics: NDArray[np.float32]) -> int:
         assert self._state is not None
         index, memory, S, prm = self._state
         columns, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
         return filter_kernel.run(index, memory, S, prm, columns, flags, finish, stance.scratch(index, len(rows)), nav, diagnostics)
-
-    def _increasing(self, rows: Array) -> Array:
-        t = np.concatenate([[self._last_time], rows[:, 0]])
-        if not (np.diff(t) > 0).all():
-            later = rows[:, 0] > np.maximum.accumulate(np.where(np.isfinite(t), t, -np.inf))[:-1]
-            self.warnings.append(f"{(~later).sum()} sample(s) whose time did not increase were dropped.")
-            rows = rows[later]
-        if len(rows):
-            self._last_time = float(rows[-1, 0])
-        return rows
-
-    def _align(self, finish: bool) -> Array | None:
-        """Once the start is gathered: align, set up the state, and return all rows gathered so far; None before that."""
-        if not self._gathered:
-            if finish:
-                raise DataError("There are no samples.")
-            return None
-        start, end = self._gathered[0][0, 0], self._gathered[-1][-1, 0]
-        longest = self.parameters.initial.longest_s
-        if end - start < longest and not finish:
-            return None
-        rows = np.concatenate(self._gathered) if len(self._gathered) > 1 else self._gathered[0]
-        head = rows[: int(np.searchsorted(rows[:, 0], start + longest, side="right"))]
-        self._gathered = []
-        self._start(head)
-        return rows
 
     def _start(self, head: Array) -> None:
         p = self.parameters

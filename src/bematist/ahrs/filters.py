@@ -1,0 +1,102 @@
+"""The table of named attitude filters, and `attitude`, which runs one by its name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from bematist.ahrs.estimator import Ahrs
+from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
+from bematist.ahrs.result import Attitude
+from bematist.errors import UsageError
+from bematist.parameters import Parameters
+from bematist.recording import Recording
+
+
+class Estimator(Protocol):
+    """What a filter of the table must be able to do."""
+
+    def run(self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None) -> Attitude: ...
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A filter: what it is called, where it comes from, what it is good for, its parameters, and how it is made from them."""
+
+    name: str
+    summary: str
+    paper: str
+    equations: str
+    parameters: Parameters
+    make: Callable[..., Estimator]
+
+
+FILTERS: dict[str, Filter] = {
+    f.name: f
+    for f in (
+        Filter(
+            "gyro",
+            "The gyroscope integrated from a levelled start: exact over seconds, drifting with the gyroscope's offset over minutes.",
+            "Li & Wang 2019 (Common)",
+            "3, 10, 16-23, corrected",
+            GyroParameters(),
+            Ahrs,
+        ),
+        Filter(
+            "mahony",
+            "Gyroscope corrected in proportion to the misfit of gravity and field; estimates the gyroscope's offset. The fastest.",
+            "Mahony et al. 2008; Li & Wang 2019",
+            "16-23, 29-34, corrected",
+            MahonyParameters(),
+            Ahrs,
+        ),
+        Filter(
+            "madgwick",
+            "Gyroscope corrected by a step of fixed length against the misfit of gravity and field: robust where accelerations are large "
+            "and short.",
+            "Madgwick 2010; Li & Wang 2019",
+            "16-28, corrected",
+            MadgwickParameters(),
+            Ahrs,
+        ),
+    )
+}
+
+
+def find_filter(name: str) -> Filter:
+    """The filter of that name; UsageError names the nearest ones."""
+    if name not in FILTERS:
+        near = difflib.get_close_matches(name, FILTERS, n=1)
+        hint = f"Did you mean {near[0]}? " if near else ""
+        raise UsageError(f"There is no filter {name!r}. {hint}Known are: {', '.join(FILTERS)}.")
+    return FILTERS[name]
+
+
+def attitude(
+    recording: Recording,
+    filter: str = "madgwick",
+    *,
+    config: Mapping[str, Any] | None = None,
+    chunk: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **overrides: Any,
+) -> Attitude:
+    """The attitudes of a recording by a named filter of `FILTERS`.
+
+    config and overrides change parameters of the filter, nested: `attitude(r, "mahony", kp=1.0, initial={"heading_deg": 0.0})`. chunk feeds
+    that many samples at a time (the result is the same to the bit). progress is called with samples done and of all.
+
+    Raises
+    ------
+    UsageError
+        The filter or a parameter is unknown.
+    DataError
+        The recording cannot be processed.
+    """
+    if not isinstance(recording, Recording):
+        raise UsageError(f"attitude takes a Recording, not {type(recording).__name__}: read the file first, attitude(read(path)).")
+    f = find_filter(filter)
+    parameters = f.parameters.override(config or {}).override(overrides)
+    return f.make(parameters, name=f.name).run(recording, chunk=chunk, progress=progress)
