@@ -7,7 +7,20 @@ from bematist.errors import DataError
 from bematist.io import FORMATS, read
 from bematist.io.head import open_head
 from bematist.recording import Recording
-from phone_files import EPOCH_S, FILES, INDOOR_HEAD, LATE_S, fine, indoor, indoor_lines, rows, text_folder
+from phone_files import (
+    EPOCH_S,
+    FILES,
+    INDOOR_HEAD,
+    LATE_S,
+    fine,
+    indoor,
+    indoor_lines,
+    phyphox_files,
+    rows,
+    sensor_logger_files,
+    text_folder,
+    zipped,
+)
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -34,6 +47,57 @@ def same_motion(r: Recording) -> None:
             assert np.abs(now[:, 1:4] - r.specific_force).max() < 0.15
             return
     raise AssertionError("the gyroscope is neither that of the accelerometer's instants nor of its own")
+
+
+# Sensor Logger ---------------------------------------------------------------------------------------------------------
+
+
+def test_sensor_logger(tmp_path):
+    r = read(FILES["logger_ios_zip"][1](tmp_path))
+    assert r.start_ns == pytest.approx(EPOCH_S * 10**9, abs=1e7) and r.phone and not r.warnings
+    np.testing.assert_allclose(r.magnetic_flux_density, rows(step=2)[:, 7:], rtol=1e-6)
+    assert (r.pressure == 100050).all() and len(r.pressure) == 6
+    assert r.reference is not None and "stated accuracy 5 m" in r.reference.note
+    np.testing.assert_allclose(np.diff(r.reference.position, axis=0), [[0.7168, 0, 1]] * 4, atol=1e-3)
+    assert any("turned to the sign" in n and "ios, as Metadata.csv says" in n for n in r.notes)
+    assert any("My phone" in n for n in r.notes)
+
+
+@pytest.mark.parametrize("only,warned", [("total", False), ("raw", True)])
+def test_sensor_logger_without_metadata(tmp_path, only, warned):
+    files = sensor_logger_files(only=only)
+    del files["Metadata.csv"]
+    r = read(zipped(tmp_path / "a.zip", files))
+    same_motion(r)
+    assert any("iPhone" in w for w in r.warnings) == warned
+
+
+def test_sensor_logger_ios_told_by_its_location(tmp_path):
+    files = sensor_logger_files("ios")
+    del files["Metadata.csv"]
+    files["Location.csv"] = files["Location.csv"].replace("altitude,", "altitudeAboveMeanSeaLevel,altitude,").replace(",0,10", ",0,99,10")
+    r = read(zipped(tmp_path / "a.zip", files))
+    same_motion(r)
+    assert not r.warnings
+
+
+# phyphox ---------------------------------------------------------------------------------------------------------------
+
+
+def test_phyphox(tmp_path):
+    r = read(FILES["phyphox_semicolon_comma"][1](tmp_path))
+    assert r.start_ns == EPOCH_S * 10**9 and r.phone and not r.warnings
+    np.testing.assert_allclose(r.magnetic_flux_density, rows(step=2)[:, 7:], rtol=1e-7)
+    assert any("Acceleration x (m/s^2) … is the one with gravity" in n for n in r.notes) and "Device: google Pixel 6a" in r.notes
+
+
+def test_phyphox_pauses_are_put_in(tmp_path):
+    files = phyphox_files()
+    files["meta/time.csv"] += '"PAUSE",3.0,1700000003.0,"x"\n"START",3.0,1700000063.0,"x"\n"PAUSE",6.0,1700000066.0,"x"\n'
+    r = read(zipped(tmp_path / "a.zip", files))
+    assert r.duration_s == pytest.approx(65.99, abs=0.02)
+    assert np.diff(r.time).max() == pytest.approx(60.01, abs=1e-3)
+    assert any("1 gaps" in w for w in r.warnings) and any("1, 60 s in all" in n for n in r.notes)
 
 
 # Indoor Location 2.0 ---------------------------------------------------------------------------------------------------

@@ -36,6 +36,8 @@ _TABLE = (
     Format("x-io", "xio", "x-io NGIMU or x-IMU3 CSV (Gyroscope X (deg/s) …), or the folder with sensors.csv or Inertial.csv"),
     Format("openshoe", "openshoe", "OpenShoe inertial text (Header: a_x [g]: …)"),
     Format("indoor-location", "indoor_location", "Indoor Location 2.0 log of an Android phone (unix_ms TYPE_ACCELEROMETER …)"),
+    Format("sensor-logger", "sensor_logger", "Sensor Logger zip, folder or a CSV in it (time,seconds_elapsed,z,y,x), Android and iOS"),
+    Format("phyphox", "phyphox", "phyphox zip, folder or CSV (Time (s), Acceleration x (m/s^2) …), in any language"),
     Format("text-folder", "text_folder", "folder with accelerometer.txt, gyroscope.txt … of an Android phone, without headers"),
     Format("pyshoe", "pyshoe", "PyShoe .mat (imu, ts, gt)"),
 )

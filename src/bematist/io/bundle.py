@@ -10,6 +10,7 @@ from pathlib import Path
 
 from bematist.errors import DataError
 from bematist.io.head import HEAD_BYTES, Head, head_of, open_head
+from bematist.io.table import split_header
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,20 @@ class Bundle:
     def __contains__(self, name: str) -> bool:
         return name in self.names
 
-    def open(self, name: str) -> Head:
-        """One file. Raises DataError where it cannot be read or is empty."""
+    def header(self, name: str) -> list[str]:
+        """Columns that the first line of one file names; none where it is missing, empty or no text."""
+        try:
+            return split_header(self.open(name, whole=False).header()[1])[0] if name in self.names else []
+        except DataError:
+            return []
+
+    def open(self, name: str, *, whole: bool = True) -> Head:
+        """One file, or its first lines only. Raises DataError where it cannot be read or is empty."""
         if self.path.is_dir():
             return open_head(self.path / self.names[name])
         try:
-            with zipfile.ZipFile(self.path) as archive:
-                content = archive.read(self.names[name])
+            with zipfile.ZipFile(self.path) as archive, archive.open(self.names[name]) as member:
+                content = member.read(-1 if whole else HEAD_BYTES)
         except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, NotImplementedError) as error:
             raise DataError(f"{self.path}: {name} cannot be unpacked ({error}). Export or copy the zip again.") from None
         return head_of(self.path / name, content[:HEAD_BYTES], content)
