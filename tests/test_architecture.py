@@ -15,7 +15,7 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
 }
 
-DATA_TYPES = {"recording", "trajectory", "frames", "units", "earth", "errors"}
+DATA_TYPES = {"recording", "trajectory", "attitudes", "frames", "units", "earth", "errors"}
 ESTIMATORS = {"ahrs", "foot", "hand", "methods", "align", "stance", "steps", "updates", "smooth"}
 SHOWING = {"report", "reproduce", "cli"}
 TOP = {"cli", "reproduce"}

@@ -3,7 +3,7 @@
 from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.filters import FILTERS, Filter, attitude, find_filter
 from bematist.ahrs.parameters import AhrsParameters, GyroParameters, MadgwickParameters, MahonyParameters
-from bematist.ahrs.result import Attitude
+from bematist.attitudes import Attitude
 
 __all__ = [
     "FILTERS",

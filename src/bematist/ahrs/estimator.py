@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.ahrs.parameters import AhrsParameters, MadgwickParameters
-from bematist.ahrs.result import Attitude
+from bematist.attitudes import Attitude
 from bematist.align import Alignment, InitialParameters, initial_alignment
 from bematist.errors import DataError, UsageError
 from bematist.intake import Intake, sample_rows

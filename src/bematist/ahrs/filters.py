@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
-from bematist.ahrs.result import Attitude
+from bematist.attitudes import Attitude
 from bematist.errors import UsageError
 from bematist.parameters import Parameters
 from bematist.recording import Recording

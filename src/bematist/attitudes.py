@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.frames import euler_from_quaternion, heading_deg_from_yaw
+from bematist.trajectory import PACKED
 
 if TYPE_CHECKING:
     import polars as pl
@@ -30,6 +31,8 @@ class Attitude:
     time : (N,) s.
     attitude : (N,4) wxyz, body → navigation (ENU).
     gyro_bias : (N,3) rad/s, the gyroscope's offset as the filter believes it, in the body frame.
+    packed_covariance : (N,6) upper triangles (xx xy xz yy yz zz) of the covariance of the attitude error, rad², a rotation vector in the
+        navigation frame; None where the filter has none.
     north : what North is: "magnetic", "given" (by `initial.heading_deg` or `initial.earth_field`), or "none": the sensor's x axis starts
         along East.
     diagnostics : arrays of N rows that explain the decisions.
@@ -41,6 +44,7 @@ class Attitude:
     time: Array
     attitude: Array
     gyro_bias: Array
+    packed_covariance: Array | None = None
     north: str = "none"
     diagnostics: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     filter: str = ""
@@ -60,6 +64,11 @@ class Attitude:
     def euler(self) -> Array:
         """Roll, pitch, yaw (N,3), rad, z-y-x; yaw counter-clockwise from East."""
         return euler_from_quaternion(self.attitude)
+
+    @property
+    def covariance(self) -> Array | None:
+        """Covariance of the attitude error (N,3,3), rad², or None."""
+        return None if self.packed_covariance is None else self.packed_covariance[:, PACKED]
 
     @property
     def roll(self) -> Array:
