@@ -98,10 +98,10 @@ def sniff(path: str | Path) -> Format:
             return candidate
     if head.raw[:2] == b"\x1f\x8b" or head.is_zip:
         raise DataError(f"{path}: the file is compressed, and what is in it is in no format that is read so. Unpack it first.")
-    known = "; ".join(f"{f.name}: {f.summary}" for f in FORMATS.values())
     what = "the folder" if head.is_folder else "the file" if head.lines else "the file (it is not text)"
     raise DataError(
-        f"{path}: {what} is in no format that bematist knows. Known are {known}. Any other CSV can be read with --columns map.toml."
+        f"{path}: {what} is in no format that bematist knows. Known are {', '.join(FORMATS)}; docs/formats.md says what each looks like. "
+        "Any other CSV can be read with --columns map.toml."
     )
 
 
