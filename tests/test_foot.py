@@ -32,6 +32,14 @@ VARIANTS = {name: m.parameters for name, m in METHODS.items()} | {
     "nine states, heading": FootParameters().override({"states": 9, "magnetic": {"use": "heading"}}),
     "relative, reset": FootParameters().override({"stance": {"rule": "relative"}, "magnetic": {"use": "reset"}}),
     **{d: FootParameters().override({"stance": {"detector": d}}) for d in ("ared", "amvd", "amag", "gyro")},
+    "causal": FootParameters().override({"stance": {"placement": "causal"}, "attitude": {"integration": "first-order"}}),
+    "forward, relative": FootParameters().override({"stance": {"placement": "forward", "rule": "relative"}}),
+    "mahony, gated, integral": FootParameters().override(
+        {"attitude": {"propagation": "mahony", "magnetometer": "gated", "ki": 0.2}, "magnetic": {"use": "reset"}}
+    ),
+    "madgwick, first order": FootParameters().override(
+        {"attitude": {"propagation": "madgwick", "integration": "first-order", "magnetometer": "all"}, "magnetic": {"use": "heading"}}
+    ),
 }
 """The methods, and choices that no method makes."""
 
@@ -141,7 +149,8 @@ class TestEveryMethod:
     def test_without_magnetometer(self, name):
         t = bm.track(shaken(3000, magnetometer=False), name)
         assert np.isfinite(t.position).all()
-        assert any("magnetometer" in w for w in t.warnings) == (METHODS[name].parameters.magnetic.use == "reset")
+        p = METHODS[name].parameters
+        assert any("magnetometer" in w for w in t.warnings) == (p.magnetic.use == "reset" or p.attitude.magnetometer != "off")
 
     def test_summary_and_table(self, name):
         t = bm.track(RECORDING, name)

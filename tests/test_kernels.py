@@ -16,6 +16,7 @@ from bematist.foot.setup import initial_covariance
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.kernels import rotation, text
+from bematist.methods import METHODS
 from bematist.stance import DETECTORS, StanceParameters, detect
 from walks import shaken
 
@@ -65,14 +66,16 @@ def test_heading_and_yaw_are_each_others_inverse():
 
 
 @pytest.mark.parametrize("detector", DETECTORS)
-@pytest.mark.parametrize("window", [1, 5, 7, 26])
-def test_running_sums_equal_the_papers_double_loop(detector, window):
+@pytest.mark.parametrize(
+    ("window", "placement"), [(1, "centred"), (5, "centred"), (7, "centred"), (26, "centred"), (7, "forward"), (7, "causal")]
+)
+def test_running_sums_equal_the_papers_double_loop(detector, window, placement):
     r = shaken(700 + window // 2, seed=3)
-    p = StanceParameters(detector=detector, window_s=window / 200)
+    p = StanceParameters(detector=detector, window_s=window / 200, placement=placement)
     n = p.window_samples(200.0)
     assert n % 2 == 1 and abs(n - window) <= 1
     got = detect(r.samples(), p, 200.0)
-    want = twin.statistic(r.specific_force, r.angular_rate, n, detector, p.accel_sd, p.gyro_sd, 9.80665)
+    want = twin.statistic(r.specific_force, r.angular_rate, n, detector, p.accel_sd, p.gyro_sd, 9.80665, placement)
     assert len(got) == len(r)
     np.testing.assert_allclose(got[:, 0], want, rtol=1e-9, atol=1e-11)
     np.testing.assert_array_equal(got[:, 2] > 0, got[:, 0] < p.limit)
@@ -107,8 +110,9 @@ def run_both(parameters, recording):
     p = parameters
     P = initial_covariance(p, a)
     psd = np.square([p.noise.angle_random_walk, p.noise.velocity_random_walk, 0, p.noise.accel_bias_walk, p.noise.gyro_bias_walk])
+    psd[:2] *= recording.rate_hz if p.noise.growth == "per-sample" else 1
     magnetic = {**p.magnetic.model_dump(), "field": a.field} if a.field is not None else None
-    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, magnetic)
+    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, magnetic, p.attitude.model_dump())
     rows = recording.samples()
     verdicts = detect(rows, p.stance, recording.rate_hz, zero_velocity_sd=p.zero_velocity.sd)
     sd = verdicts[:, 2]
@@ -129,7 +133,32 @@ def run_both(parameters, recording):
 @pytest.mark.parametrize("use", ["off", "reset", "heading"])
 @pytest.mark.parametrize("rule", ["absolute", "relative"])
 def test_filter_equals_its_dense_twin(use, rule):
-    p = FootParameters().override({"magnetic": {"use": use}, "stance": {"rule": rule}})
+    assert_equal_to_twin(FootParameters().override({"magnetic": {"use": use}, "stance": {"rule": rule}}))
+
+
+AHRS = [{"attitude": {"propagation": p, "magnetometer": m}} for p in ("mahony", "madgwick") for m in ("off", "gated", "all")]
+PRINTED = [
+    {"attitude": {"integration": "first-order"}},
+    {"attitude": {"integration": "first-order-matrix"}},
+    {"attitude": {"force_at": "end"}, "magnetic": {"use": "reset"}},
+    {"attitude": {"propagation": "mahony", "ki": 0.3, "integration": "first-order", "magnetometer": "all"}},
+    {"attitude": {"propagation": "madgwick", "integration": "first-order", "force_at": "end"}},
+    {"attitude": {"propagation": "madgwick", "integration": "first-order-matrix"}, "magnetic": {"use": "heading"}},
+    {"magnetic": {"use": "reset", "triad": "printed"}},
+    {"magnetic": {"use": "reset", "covariance": "untouched"}},
+    {"noise": {"growth": "per-sample"}},
+    {"stance": {"placement": "forward"}, "initial": {"average": False}},
+    METHODS["maginav-printed"].parameters.model_dump(),
+]
+
+
+@pytest.mark.parametrize("changes", AHRS + PRINTED, ids=str)
+def test_every_choice_equals_its_dense_twin(changes):
+    assert_equal_to_twin(FootParameters().override(changes))
+
+
+def assert_equal_to_twin(p):
+    use = p.magnetic.use
     result, position, C, P, nis = run_both(p, shaken())
     np.testing.assert_allclose(result.position, position, atol=1e-8)
     np.testing.assert_allclose(frames.matrix_from_quaternion(result.attitude), C, atol=1e-9)
@@ -138,8 +167,8 @@ def test_filter_equals_its_dense_twin(use, rule):
     np.testing.assert_allclose(result.attitude_covariance[1:], P[1:, 0:3, 0:3], rtol=1e-5, atol=1e-15)
     np.testing.assert_allclose(result.diagnostics["nis"][1:], nis[1:], rtol=1e-4)
     gates = result.diagnostics["magnetic_gate"]
-    assert (gates == kernel.NORM_REFUSED).sum() > 50
-    assert ((gates == kernel.USED).sum() > 100) == (use != "off")
+    assert ((gates == kernel.NORM_REFUSED).sum() > 50) == (p.attitude.magnetometer != "all")
+    assert ((gates == kernel.USED).sum() > 100) == (use != "off" or p.attitude.magnetometer != "off")
 
 
 @pytest.mark.parametrize("length", [0.15, 2.0])

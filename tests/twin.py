@@ -3,17 +3,20 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import twin_ahrs
+from bematist import frames
+
 
 def skew(v):
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
-def statistic(f, w, window, detector, accel_sd, gyro_sd, g):
-    """Test statistic of every sample from its centred window, cut at the ends: two loops, as in the papers."""
-    half = window // 2
+def statistic(f, w, window, detector, accel_sd, gyro_sd, g, placement="centred"):
+    """Test statistic of every sample from its window, cut at the ends: two loops, as in the papers."""
+    ahead = {"centred": window // 2, "forward": window - 1, "causal": 0}[placement]
     out = np.empty(len(f))
     for k in range(len(f)):
-        a, r = f[max(0, k - half) : k + half + 1], w[max(0, k - half) : k + half + 1]
+        a, r = (x[max(0, k + ahead + 1 - window) : k + ahead + 1] for x in (f, w))
         mean = a.mean(0)
         rate = (r**2).sum(1)
         if detector == "shoe":
@@ -37,6 +40,10 @@ def relative(T, look, floor, ratio, sd):
     return ratio * base, np.where(ratio * base > T, sds, 0.0)
 
 
+def unit_matrix(q):
+    return frames.matrix_from_quaternion(q / np.linalg.norm(q))
+
+
 def triad(a1, b1, a2, b2):
     """MAGINAV Appendix A: R with a2 = R a1, b2 = R b1."""
 
@@ -51,7 +58,9 @@ def triad(a1, b1, a2, b2):
 class Filter:
     """The 15-state error-state filter with dense matrices (error order psi, v, p, b_a, b_g)."""
 
-    def __init__(self, C, gyro_bias, P, psd, g, magnetic=None):
+    def __init__(self, C, gyro_bias, P, psd, g, magnetic=None, attitude=None):
+        self.start, self.attitude = C, attitude or {"propagation": "common", "integration": "exact", "force_at": "middle"}
+        self.integral, self.since_field = np.zeros(3), 0.0
         self.C, self.v, self.p = C, np.zeros(3), np.zeros(3)
         self.ba, self.bg, self.P = np.zeros(3), np.array(gyro_bias, float), np.array(P, float)
         self.psd, self.g, self.magnetic = psd, g, magnetic
@@ -75,11 +84,34 @@ class Filter:
         Phi[6:9, 3:6] = np.eye(3) * dt
         return Phi
 
-    def predict(self, f, w, dt):
-        w = w - self.bg
-        middle = self.C @ Rotation.from_rotvec(w * dt / 2).as_matrix()
-        self.C = self.C @ Rotation.from_rotvec(w * dt).as_matrix()
-        return middle, f - self.ba
+    def predict(self, f, w, dt, m=None):
+        """New attitude; returns the one at the middle of the interval, and the specific force. m: what draws an AHRS."""
+        w, f = w - self.bg, f - self.ba
+        q = frames.quaternion_from_matrix(self.C)
+        turn, pull = self.pull(q, f, w, dt, m)
+        middle = unit_matrix(twin_ahrs.turn(q, turn, 0.5, True) - pull / 2)
+        how = self.attitude["integration"]
+        if how == "first-order-matrix":
+            U, _, Vt = np.linalg.svd(np.eye(3) + skew(turn))
+            self.C = unit_matrix(frames.quaternion_from_matrix(self.C @ U @ Vt) - pull)
+        else:
+            self.C = unit_matrix(twin_ahrs.turn(q, turn, 1.0, how == "exact") - pull)
+        return middle, f
+
+    def pull(self, q, f, w, dt, m):
+        """Rotation vector of the interval, and what Madgwick takes off the quaternion."""
+        a = self.attitude
+        if a["propagation"] == "common":
+            return w * dt, np.zeros(4)
+        north = self.magnetic["field"][:2] / np.linalg.norm(self.magnetic["field"][:2]) if self.magnetic else np.array([1.0, 0.0])
+        if a["propagation"] == "madgwick":
+            to_north = frames.quaternion_from_rotation_vector([0, 0, -np.arctan2(north[1], north[0])])
+            g = twin_ahrs.gradient(frames.multiply(to_north, q), f, m)
+            g = g / np.linalg.norm(g) if np.linalg.norm(g) else g
+            return w * dt, frames.multiply(frames.conjugate(to_north), g) * a["beta"] * dt
+        e = twin_ahrs.error(q, f, None, north) * dt + twin_ahrs.error(q, None, m, north) * min(self.since_field, 0.1)
+        self.integral = self.integral + a["ki"] * e
+        return w * dt + a["kp"] * e + self.integral * dt, np.zeros(4)
 
     def integrate(self, middle, f, dt):
         f_n = middle @ f
@@ -112,6 +144,12 @@ class Filter:
         self.C = triad(raw - self.ba, m, np.array([0, 0, 1.0]), field)
         J = self.triad_jacobian()
         A = J[:, :2] @ self.C[:2] / self.g
+        if self.magnetic["triad"] == "printed":
+            # MAGINAV eq 11 as printed: C(0) TRIAD(f0, m0, fk, mk), with f0 and m0 = C(0)ᵀ of up and field.
+            f0, m0 = self.start.T @ [0, 0, 1.0], self.start.T @ field
+            self.C = self.start @ triad(f0, m0, raw - self.ba, m)
+        if self.magnetic["covariance"] == "untouched":
+            return
         T = np.eye(15)
         T[:3, :3], T[:3, 9:12] = 0, A
         noise = np.diag(np.square([self.magnetic["tilt_sd"], self.magnetic["tilt_sd"], self.magnetic["direction_sd"]]))
@@ -135,13 +173,22 @@ class Filter:
 
     def step(self, f, w, dt, sd, m=None, still=False):
         raw = f
-        middle, f = self.predict(f, w, dt)
+        gyro_only = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix()
+        passed = m is not None and self.magnetic is not None and self.gate(m, gyro_only)
+        heard = m is not None and self.magnetic is not None and self.attitude.get("magnetometer", "off") == "all"
+        heard = heard or (passed and self.attitude.get("magnetometer", "off") == "gated")
+        self.since_field += dt
+        middle, f = self.predict(f, w, dt, m if heard else None)
+        if heard:
+            self.since_field = 0.0
         use = self.magnetic["use"] if self.magnetic else "off"
-        usable = m is not None and use != "off" and sd > 0 and self.gate(m, middle)
+        usable = passed and use != "off" and sd > 0
         reset = usable and use == "reset" and still
         if reset:
             self.set_attitude(raw, m)
             middle = self.C @ Rotation.from_rotvec((w - self.bg) * dt / 2).as_matrix().T
+        if self.attitude["force_at"] == "end":
+            middle = self.C
         self.integrate(middle, f, dt)
         self.nis = np.nan
         if sd > 0:

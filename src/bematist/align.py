@@ -37,6 +37,11 @@ class RestParameters(Parameters):
     rest_statistic: float = Field(
         default=5.0, gt=0, description="At rest while the SHOE statistic over 0.1 s stays below this; larger allows more sway."
     )
+    average: bool = Field(
+        default=True,
+        description="Average over the rest. False: level and take the field from its first sample, as MAGINAV eqs 4 and 11 do, and start "
+        "with no gyroscope offset.",
+    )
     sway: float = Field(
         default=math.radians(0.1),
         ge=0,
@@ -164,6 +169,8 @@ def initial_alignment(
         There is no sample with both specific force and angular rate, or the specific force is zero.
     """
     first, last, resting = rest_interval(rows, parameters, rate_hz, gravity)
+    if not parameters.average:
+        last = _one_of_each(rows, first, last)
     f, w = rows[first:last, 1:4], rows[first:last, 4:7]
     f, w = f[np.isfinite(f).all(1)], w[np.isfinite(w).all(1)]
     if not len(f) or not len(w):
@@ -186,7 +193,7 @@ def initial_alignment(
         )
     prior = parameters.gyro_bias_sd**2
     bias, variance = np.zeros(3), prior
-    if resting:
+    if resting and parameters.average:
         measured = angle_random_walk**2 / duration + (parameters.sway / duration) ** 2
         gain = prior / (prior + measured) if prior > 0 else 0.0
         bias, variance = gain * w.mean(0), (1 - gain) * prior
@@ -220,6 +227,12 @@ def initial_alignment(
         field=field,
         warnings=tuple(warnings),
     )
+
+
+def _one_of_each(rows: Array, first: int, last: int) -> int:
+    """End of the shortest part of a rest, from its beginning, with a sample of each sensor that has one in the rest."""
+    found = [np.isfinite(rows[first:last, c : c + 3]).all(1) for c in (1, 4, 7)]
+    return first + 1 + max(int(np.argmax(ok)) for ok in found)
 
 
 def _mean_field(rows: Array, C: Array) -> Array | None:

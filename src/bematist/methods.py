@@ -29,6 +29,18 @@ def _foot(**changes: Any) -> FootParameters:
     return FootParameters().override(changes)
 
 
+def _li_wang(**changes: Any) -> FootParameters:
+    """Li & Wang Table 1. Its 0.01 m/s² and 0.01 rad/s are per sample at 100 Hz (erratum): times √0.01 s they are densities."""
+    return _foot(
+        states=9,
+        gravity=9.8,
+        stance={"detector": "gyro", "threshold": 0.6, "window_s": 0.05},
+        zero_velocity={"sd": 0.01},
+        noise={"angle_random_walk": 1e-3, "velocity_random_walk": 1e-3},
+        initial={"tilt_sd": math.radians(0.5)},
+    ).override(changes)
+
+
 METHODS: dict[str, Method] = {
     m.name: m
     for m in (
@@ -57,6 +69,60 @@ METHODS: dict[str, Method] = {
             "Papafotis & Sotiriadis 2023 (MAGINAV)",
             "1-25 and Table 2, corrected",
             _foot(magnetic={"use": "reset"}),
+        ),
+        Method(
+            "maginav-printed",
+            "MAGINAV with every equation as it is printed, as far as that runs: to see what each correction is worth. Not for use.",
+            "Papafotis & Sotiriadis 2023 (MAGINAV)",
+            "1-24 and Table 2, as printed; 8-9 made orthogonal; 16-17, 22 and 25 corrected, for they cannot run",
+            _foot(
+                attitude={"integration": "first-order-matrix", "force_at": "end"},
+                stance={"placement": "forward"},
+                magnetic={
+                    "use": "reset",
+                    "triad": "printed",
+                    "covariance": "untouched",
+                    "inclination_tolerance": math.pi,
+                    "still_fraction": 1.0,
+                },
+                noise={"growth": "per-sample"},
+                initial={"average": False},
+            ),
+        ),
+        Method(
+            "madgwick-zupt",
+            "Zero-velocity updates with Madgwick's attitude, drawn by gravity and the magnetic field: a rival of MAGINAV.",
+            "Papafotis & Sotiriadis 2023 (MAGINAV) section III-B; Li & Wang 2019",
+            "MAGINAV 1-3, 14-25; Li & Wang 19-21, 24-28",
+            _foot(attitude={"propagation": "madgwick", "magnetometer": "all"}),
+        ),
+        Method(
+            "mahony-zupt",
+            "Zero-velocity updates with Mahony's attitude, drawn by gravity and the magnetic field: a rival of MAGINAV.",
+            "Papafotis & Sotiriadis 2023 (MAGINAV) section III-B; Li & Wang 2019",
+            "MAGINAV 1-3, 14-25; Li & Wang 19-21, 29-34",
+            _foot(attitude={"propagation": "mahony", "magnetometer": "all"}),
+        ),
+        Method(
+            "common-9",
+            "Nine states, no offsets, attitude by the gyroscope alone, stance by the angular rate.",
+            "Li & Wang 2019",
+            "1-15, 35, corrected",
+            _li_wang(),
+        ),
+        Method(
+            "mahony-9",
+            "Nine states with Mahony's attitude, without magnetometer; stance by the angular rate.",
+            "Li & Wang 2019",
+            "1-15, 29-35, corrected",
+            _li_wang(attitude={"propagation": "mahony"}),
+        ),
+        Method(
+            "madgwick-9",
+            "Nine states with Madgwick's attitude, without magnetometer; stance by the angular rate.",
+            "Li & Wang 2019",
+            "1-15, 24-28, 35, corrected",
+            _li_wang(attitude={"propagation": "madgwick"}),
         ),
     )
 }

@@ -58,8 +58,13 @@ class StanceParameters(Parameters):
         default=None,
         gt=0,
         le=5,
-        description="Window, s, centred on the judged sample; an odd number of samples; none: the detector's own. Longer is "
+        description="Window, s, about the judged sample (see `placement`); an odd number of samples; none: the detector's own. Longer is "
         "smoother and later, and cuts the edges of the stance.",
+    )
+    placement: Literal["centred", "forward", "causal"] = Field(
+        default="centred",
+        description="Where the window lies: centred on the judged sample; forward, from it on (as MAGINAV eqs 1-2 print it); causal, up to "
+        "it, without delay. forward and causal call moving samples at one edge of the stance still.",
     )
     accel_sd: float = Field(
         default=0.3, gt=0, description="Specific force in stance, m/s² per sample. Larger: the accelerometer counts less."
@@ -114,13 +119,18 @@ class StanceParameters(Parameters):
         """Odd number of samples nearest to the window; with the detector's own window at least three."""
         return max(1 if self.window_s else 3, 2 * round((self.window * rate_hz - 1) / 2) + 1)
 
+    def ahead_samples(self, rate_hz: float) -> int:
+        """Samples of the window after the judged one."""
+        others = self.window_samples(rate_hz) - 1
+        return {"centred": others // 2, "forward": others, "causal": 0}[self.placement]
+
     def lookaround_samples(self, rate_hz: float) -> int:
         """Samples on either side whose least statistic counts."""
         return round(self.lookaround_s * rate_hz) if self.rule == "relative" else 0
 
     def latency_samples(self, rate_hz: float) -> int:
         """Delay between a sample and its verdict, samples."""
-        return (self.window_samples(rate_hz) - 1) // 2 + self.lookaround_samples(rate_hz)
+        return self.ahead_samples(rate_hz) + self.lookaround_samples(rate_hz)
 
     def latency_s(self, rate_hz: float) -> float:
         """Delay between a sample and its verdict, s."""
@@ -139,6 +149,7 @@ def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int
     capacity = 1 << (2 * window + 2 * look).bit_length()
     index = np.zeros(kernel.INDEX_SIZE, np.int64)
     index[[kernel.WINDOW, kernel.LOOKAHEAD, kernel.MASK]] = window, look, capacity - 1
+    index[kernel.AHEAD] = parameters.ahead_samples(rate_hz)
     index[kernel.DETECTOR] = DETECTORS[parameters.detector]
     index[kernel.RULE] = RULES[parameters.rule]
     sizes = {

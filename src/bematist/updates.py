@@ -57,6 +57,15 @@ class MagneticParameters(Parameters):
         gt=0,
         description="reset: standard deviation of the horizontal direction of the field, rad (field noise over its horizontal part).",
     )
+    triad: Literal["corrected", "printed"] = Field(
+        default="corrected",
+        description="reset: printed is MAGINAV eq 11 as it stands, without the transposition; it turns the wrong way and ruins the path.",
+    )
+    covariance: Literal["replaced", "untouched"] = Field(
+        default="replaced",
+        description="reset: the attitude's part of the covariance becomes TRIAD's, or stays as it was (MAGINAV Table 2 is silent), "
+        "so that position is moved by errors that are gone.",
+    )
     heading_sd: float = Field(
         default=math.radians(40.0),
         gt=0,

@@ -173,6 +173,7 @@ class FootIns:
         S = np.zeros(kernel.WORKSPACE_SIZE)
         S[kernel.Q : kernel.Q + 4] = a.attitude
         S[kernel.BG : kernel.BG + 3] = a.gyro_bias
+        S[kernel.FIELD_TIME] = head[0, 0]
         S[: 15 * 16].reshape(15, 16)[:, :15] = initial_covariance(p, a)
         prm, warnings = kernel_parameters(p, a, self._rate_hz)
         self.warnings += warnings

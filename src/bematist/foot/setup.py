@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.align import Alignment
-from bematist.foot.parameters import FootParameters
+from bematist.foot.parameters import AttitudeParameters, FootParameters
 from bematist.frames import matrix_from_quaternion
 from bematist.kernels import layout as kernel
-from bematist.updates import MagneticParameters
 
 Array = NDArray[np.float64]
 
@@ -20,6 +19,9 @@ _MAGNETIC_USE = {
     "reset": kernel.MAGNETIC_RESET,
     "heading": kernel.MAGNETIC_HEADING,
 }
+_PROPAGATION = {"common": kernel.COMMON, "mahony": kernel.MAHONY, "madgwick": kernel.MADGWICK}
+_INTEGRATION = {"exact": kernel.EXACT, "first-order": kernel.FIRST_ORDER, "first-order-matrix": kernel.FIRST_ORDER_MATRIX}
+_LISTEN = {"off": kernel.LISTEN_OFF, "gated": kernel.LISTEN_GATED, "all": kernel.LISTEN_ALL}
 
 
 def initial_covariance(p: FootParameters, a: Alignment) -> Array:
@@ -38,8 +40,9 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     biases = p.states == 15
     prm = np.zeros(kernel.PARAMETERS)
     prm[kernel.G] = p.gravity
-    prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2
-    prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2
+    growth = rate_hz if p.noise.growth == "per-sample" else 1.0
+    prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2 * growth
+    prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2 * growth
     prm[kernel.PSD_ACCEL_BIAS] = p.noise.accel_bias_walk**2 * biases
     prm[kernel.PSD_GYRO_BIAS] = p.noise.gyro_bias_walk**2 * biases
     prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
@@ -48,11 +51,23 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[kernel.GAP_S] = p.gap.seconds(rate_hz)
     prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd
     prm[kernel.GAP_BALLISTIC_S] = p.gap.ballistic_s
-    return prm, _set_field(prm, p.magnetic, a)
+    _set_attitude(prm, p.attitude, a)
+    return prm, _set_field(prm, p, a)
 
 
-def _set_field(prm: Array, m: MagneticParameters, a: Alignment) -> list[str]:
+def _set_attitude(prm: Array, p: AttitudeParameters, a: Alignment) -> None:
+    prm[kernel.START : kernel.START + 4] = a.attitude
+    prm[kernel.PROPAGATION] = _PROPAGATION[p.propagation]
+    prm[kernel.INTEGRATION] = _INTEGRATION[p.integration]
+    prm[kernel.AT_END] = p.force_at == "end"
+    prm[kernel.KP], prm[kernel.KI], prm[kernel.BETA] = p.kp, p.ki, p.beta
+
+
+def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
     """The undisturbed field, MAGINAV eq 4 (erratum: averaged over the rest, not one sample)."""
+    m = p.magnetic
+    listening = p.attitude.propagation != "common" and p.attitude.magnetometer != "off"
+    prm[kernel.TRIAD_PRINTED], prm[kernel.KEEP_COVARIANCE] = m.triad == "printed", m.covariance == "untouched"
     prm[kernel.NORM_TOLERANCE], prm[kernel.INCLINATION_TOLERANCE] = m.norm_tolerance, m.inclination_tolerance
     prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
     prm[kernel.STILL_FRACTION] = m.still_fraction
@@ -60,16 +75,17 @@ def _set_field(prm: Array, m: MagneticParameters, a: Alignment) -> list[str]:
     prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
     prm[kernel.FIELD_E] = 1.0
     if a.field is None:
-        if m.use == "reset":
+        if m.use == "reset" or listening:
             return ["The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."]
         return []
     norm = float(np.linalg.norm(a.field))
     horizontal = math.hypot(a.field[0], a.field[1])
     if norm == 0 or horizontal < 0.05 * norm:
-        if m.use != "off":
+        if m.use != "off" or listening:
             return ["The magnetic field at the start has no horizontal part that could give a heading: the magnetometer is not used."]
         return []
     prm[kernel.MAGNETIC_USE] = _MAGNETIC_USE[m.use]
+    prm[kernel.LISTEN] = _LISTEN[p.attitude.magnetometer] if listening else kernel.LISTEN_OFF
     prm[kernel.FIELD_NORM] = norm
     prm[kernel.FIELD_INCLINATION] = -math.asin(a.field[2] / norm)
     prm[kernel.FIELD_E : kernel.FIELD_U + 1] = a.field

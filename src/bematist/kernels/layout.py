@@ -3,6 +3,7 @@
 # workspace S
 P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
 TIME, STARTED, RATE, ROW = 464, 465, 466, 472
+INTEGRAL, FIELD_TIME = 483, 486  # of the attitude's propagation: Mahony's integral (3), time of the last magnetometer sample it took
 WORKSPACE_SIZE = 488
 
 # parameters prm
@@ -35,8 +36,25 @@ WORKSPACE_SIZE = 488
     HEADING_SD,
     HEADING_TOLERANCE,
     STILL_FRACTION,
-) = range(28)
-PARAMETERS = STILL_FRACTION + 1
+    TRIAD_PRINTED,
+    KEEP_COVARIANCE,
+    START,  # attitude at the start (4)
+    _,
+    _,
+    _,
+    PROPAGATION,
+    INTEGRATION,
+    AT_END,
+    LISTEN,
+    KP,
+    KI,
+    BETA,
+) = range(41)
+PARAMETERS = BETA + 1
+
+COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
+EXACT, FIRST_ORDER, FIRST_ORDER_MATRIX = 0.0, 1.0, 2.0
+LISTEN_OFF, LISTEN_GATED, LISTEN_ALL = 0.0, 1.0, 2.0
 
 MAGNETIC_OFF, MAGNETIC_RESET, MAGNETIC_HEADING = 0.0, 1.0, 2.0
 

@@ -6,7 +6,7 @@ from bematist.kernels import layout as at
 from bematist.kernels.error_state import attitude_measurement, feed_back, replace_attitude
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import BA, ROW, Q
-from bematist.kernels.rotation import matrix, normalise
+from bematist.kernels.rotation import matrix, multiply, normalise
 
 
 @inlined
@@ -60,8 +60,15 @@ def set_attitude(S, prm):
     """State 3 of MAGINAV Table 2 (eqs 12, 13): the attitude is TRIAD's for the sample in S[ROW:], and so is its covariance."""
     f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
     c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[at.FIELD_E], prm[at.FIELD_N])
-    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
-    replace_attitude(S, prm, c[0], c[1], c[2], c[3], c[4], c[5])
+    w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
+    if prm[at.TRIAD_PRINTED] != 0:
+        # C(0) TRIAD(f0, m0, fk, mk) as printed is C(0) C(k)ᵀ C(0).
+        a = prm[at.START], prm[at.START + 1], prm[at.START + 2], prm[at.START + 3]
+        w, x, y, z = multiply(a[0], a[1], a[2], a[3], w, -x, -y, -z)
+        w, x, y, z = multiply(w, x, y, z, a[0], a[1], a[2], a[3])
+    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = w, x, y, z
+    if prm[at.KEEP_COVARIANCE] == 0:
+        replace_attitude(S, prm, c[0], c[1], c[2], c[3], c[4], c[5])
 
 
 @inlined

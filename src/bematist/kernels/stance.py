@@ -1,4 +1,4 @@
-"""Stance detection: centred windows by running sums, then the threshold rule, over the samples of one call.
+"""Stance detection: windows by running sums, then the threshold rule, over the samples of one call.
 
 What the next call needs lies in two flat arrays: `index` (int64, sizes and counters) and `memory` (float64). In a call, samples are read
 where the caller has them; only the last few are kept. `statistics` fills T, whose first entries are those kept from the call before,
@@ -26,7 +26,8 @@ from bematist.kernels.jit import inlined, kernel
     TAIL,  # places in memory
     ROWS,
     QUEUE,
-) = range(12)
+    AHEAD,  # samples of the window after the judged one
+) = range(13)
 INDEX_SIZE = 16
 
 # memory: fixed places before the rings
@@ -132,18 +133,18 @@ def statistics(index, memory, columns, flags, finish, weight_a, weight_g, g, T):
     """Statistic of every sample whose window is full, or cut off by the end, into T; returns how many samples have one by now.
 
     T holds, at the start, room for the 2·LOOKAHEAD statistics kept from the last call, and then one for every sample of the call (and, at
-    the end, for half a window more): T[c - first] belongs to sample c, with first = count - (N - 1)/2 - 2·LOOKAHEAD.
+    the end, for AHEAD more): T[c - first] belongs to sample c, with first = count - AHEAD - 2·LOOKAHEAD.
     """
     n = columns.shape[1]
     start = index[COUNT]
     size = index[WINDOW]
     detector = index[DETECTOR]
-    half = (size - 1) // 2
+    ahead = index[AHEAD]
     kept = 2 * index[LOOKAHEAD]
     for c in range(kept):
         T[c] = memory[index[TAIL] + c]
     sums = (memory[SUMS], memory[SUMS + 1], memory[SUMS + 2], memory[SUMS + 3], memory[SUMS + 4], memory[SUMS + 5])
-    end = n + (half if finish else 0)
+    end = n + (ahead if finish else 0)
     k = 0
     while k < end:
         if (start + k) % REFRESH == 0:
@@ -167,7 +168,7 @@ def statistics(index, memory, columns, flags, finish, weight_a, weight_g, g, T):
     memory[SUMS], memory[SUMS + 1], memory[SUMS + 2], memory[SUMS + 3], memory[SUMS + 4], memory[SUMS + 5] = sums
     for c in range(kept):
         memory[index[TAIL] + c] = T[n + c]
-    return start + n if finish else max(0, start + n - half)
+    return start + n if finish else max(0, start + n - ahead)
 
 
 @inlined
@@ -264,7 +265,7 @@ def verdict(index, memory, T, first, j, known, threshold, zero_velocity_sd, floo
 @inlined
 def origin(index):
     """The sample whose statistic stands at T[0] in this call."""
-    return index[COUNT] - (index[WINDOW] - 1) // 2 - 2 * index[LOOKAHEAD]
+    return index[COUNT] - index[AHEAD] - 2 * index[LOOKAHEAD]
 
 
 @kernel

@@ -3,12 +3,18 @@
 ENU, so gravity is (0, 0, -g) (MAGINAV eq 15 is NED).
 """
 
+import math
+
 from bematist.kernels import layout as at
+from bematist.kernels.ahrs import first_order, madgwick_direction, mahony_error
 from bematist.kernels.error_state import propagate_covariance
 from bematist.kernels.jit import inlined
-from bematist.kernels.layout import BA, BG, RATE, ROW, STARTED, TIME, Q, V, X
+from bematist.kernels.layout import BA, BG, FIELD_TIME, INTEGRAL, RATE, ROW, STARTED, TIME, Q, V, X
 from bematist.kernels.magnetic import magnetic_gate, set_attitude
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
+
+LONGEST_PULL_S = 0.1
+"""A magnetometer sample stands for at most this long in Mahony's filter, s."""
 
 
 @inlined
@@ -54,6 +60,56 @@ def elapse(S, prm):
 
 
 @inlined
+def turn(S, prm, dt, heard, f0, f1, f2, w0, w1, w2):
+    """The attitude over dt seconds by an AHRS or to first order, into S; returns the attitude at the middle of the interval.
+
+    The turn a (rad) is w dt, with Mahony's correction added (Li & Wang eqs 30-34), or the quaternion moves against Madgwick's unit gradient
+    (eqs 24-28); w is free of the filter's offset already (erratum: the filters themselves remove none with ki = 0). f and, where `heard`,
+    the magnetometer sample pull at the attitude before the turn. Mahony's pull is proportional: a magnetometer sample counts for the time
+    since the one before, at most LONGEST_PULL_S, so that its strength does not depend on the magnetometer's rate. Madgwick's step has one
+    length whatever the error, so that a sample which is used once turns the attitude by as much as gravity does in one sample.
+    """
+    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
+    a0, a1, a2 = w0 * dt, w1 * dt, w2 * dt
+    g0 = g1 = g2 = g3 = m0 = m1 = m2 = held = 0.0
+    e, n = prm[at.FIELD_E], prm[at.FIELD_N]
+    horizontal = math.sqrt(e * e + n * n)
+    e, n = e / horizontal, n / horizontal
+    if heard:
+        m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
+        held = min(S[ROW] - S[FIELD_TIME], LONGEST_PULL_S)
+        S[FIELD_TIME] = S[ROW]
+    if prm[at.PROPAGATION] == at.MAHONY:
+        e0, e1, e2 = mahony_error(q0, q1, q2, q3, f0, f1, f2, 0.0, 0.0, 0.0, e, n)
+        d0, d1, d2 = mahony_error(q0, q1, q2, q3, 0.0, 0.0, 0.0, m0, m1, m2, e, n)
+        e0, e1, e2 = e0 * dt + d0 * held, e1 * dt + d1 * held, e2 * dt + d2 * held
+        S[INTEGRAL] += prm[at.KI] * e0
+        S[INTEGRAL + 1] += prm[at.KI] * e1
+        S[INTEGRAL + 2] += prm[at.KI] * e2
+        a0 += prm[at.KP] * e0 + S[INTEGRAL] * dt
+        a1 += prm[at.KP] * e1 + S[INTEGRAL + 1] * dt
+        a2 += prm[at.KP] * e2 + S[INTEGRAL + 2] * dt
+    elif prm[at.PROPAGATION] == at.MADGWICK:
+        g0, g1, g2, g3 = madgwick_direction(q0, q1, q2, q3, f0, f1, f2, m0, m1, m2, e, n)
+        s = prm[at.BETA] * dt
+        g0, g1, g2, g3 = g0 * s, g1 * s, g2 * s, g3 * s
+    rw, rx, ry, rz = exp_quaternion(0.5 * a0, 0.5 * a1, 0.5 * a2)
+    h0, h1, h2, h3 = multiply(q0, q1, q2, q3, rw, rx, ry, rz)
+    if prm[at.INTEGRATION] == at.EXACT:
+        q0, q1, q2, q3 = multiply(h0, h1, h2, h3, rw, rx, ry, rz)
+    elif prm[at.INTEGRATION] == at.FIRST_ORDER:
+        q0, q1, q2, q3 = first_order(q0, q1, q2, q3, a0, a1, a2, 1.0)
+    else:
+        # The rotation nearest to I + [a x] turns by atan|a| about a.
+        angle = math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+        s = math.atan(angle) / angle if angle > 0 else 1.0
+        rw, rx, ry, rz = exp_quaternion(s * a0, s * a1, s * a2)
+        q0, q1, q2, q3 = multiply(q0, q1, q2, q3, rw, rx, ry, rz)
+    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(q0 - g0, q1 - g1, q2 - g2, q3 - g3)
+    return normalise(h0 - 0.5 * g0, h1 - 0.5 * g1, h2 - 0.5 * g2, h3 - 0.5 * g3)
+
+
+@inlined
 def predict(S, prm, dt, standing, still, diag, k):
     """Attitude, velocity, position and covariance over dt seconds, up to the sample in S[ROW:]. True where TRIAD set the attitude."""
     f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
@@ -64,10 +120,16 @@ def predict(S, prm, dt, standing, still, diag, k):
     w, x, y, z = multiply(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], rw, rx, ry, rz)
     # The specific force is turned by the attitude at the middle of the interval (erratum of eq 14: the end is half a sample late).
     C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
-    w, x, y, z = multiply(w, x, y, z, rw, rx, ry, rz)
-    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
-
     gate = magnetic_gate(S, prm, C6, C7, C8, diag, k)
+    if prm[at.PROPAGATION] == at.COMMON and prm[at.INTEGRATION] == at.EXACT:
+        w, x, y, z = multiply(w, x, y, z, rw, rx, ry, rz)
+        S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(w, x, y, z)
+    else:
+        heard = gate != at.NO_SAMPLE and prm[at.LISTEN] >= (at.LISTEN_GATED if gate == at.PASSED else at.LISTEN_ALL)
+        w, x, y, z = turn(S, prm, dt, heard, f0, f1, f2, w0, w1, w2)
+        C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
+        if heard and prm[at.MAGNETIC_USE] == at.MAGNETIC_OFF:
+            gate = at.USED
     reset = gate == at.PASSED and standing and prm[at.MAGNETIC_USE] == at.MAGNETIC_RESET
     if reset and not still:
         reset = False
@@ -77,6 +139,8 @@ def predict(S, prm, dt, standing, still, diag, k):
         gate = at.USED
         w, x, y, z = multiply(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], rw, -rx, -ry, -rz)
         C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
+    if prm[at.AT_END] != 0:
+        C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     diag[k, at.GATE] = gate
     if dt > 0:
         n0 = (C0 * f0 + C1 * f1 + C2 * f2) * dt
