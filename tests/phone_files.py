@@ -313,3 +313,214 @@ def phyphox_one_csv(folder: Path) -> Path:
     path = folder / "Raw Data.csv"
     path.write_text(table_text(",".join(f'"{c}"' for c in columns), numbers(a[:, :7], ",", "%.9E")), encoding="utf-8")
     return path
+
+
+# GetSensorData ---------------------------------------------------------------------------------------------------------
+
+GETSENSORDATA = """% LogFile created by the 'GetSensorData' App for Android.
+% Date of creation: Tue Nov 14 22:13:20 CET 2023
+% Phone used for this logfile:
+% Manufacturer:            \tsamsung
+% Model:                   \tSM-A520F
+% LogFile Data format:
+% Accelerometer data: \t'ACCE;AppTimestamp(s);SensorTimestamp(s);Acc_X(m/s^2);Acc_Y(m/s^2);Acc_Z(m/s^2);Accuracy(integer)'
+% Magnetometer data:  \t'MAGN;AppTimestamp(s);SensorTimestamp(s);Mag_X(uT);;Mag_Y(uT);Mag_Z(uT);Accuracy(integer)'
+
+"""
+
+
+def getsensordata_text(zero: dict[str, float], posi: bool = True, jitter_s: float = 0.003) -> str:
+    rng = np.random.default_rng(5)
+    events: list[tuple[float, str]] = []
+    for tag, table, at in (("ACCE", rows(), 1), ("GYRO", rows(LATE_S), 4), ("MAGN", rows(step=2), 7)):
+        for row in table:
+            app = row[0] + 12.0 + 0.002 + rng.uniform(0, jitter_s)
+            values = ";".join(f"{v:.7f}" for v in row[at : at + 3])
+            events.append((app, f"{tag};{app:.3f};{row[0] + zero[tag]:.6f};{values};3"))
+    for k in range(6):
+        app = 12.0 + k
+        events.append((app, f"PRES;{app:.3f};{k + zero['ACCE']:.6f};1000.5000;3"))
+        events.append((app, f"WIFI;{app:.3f};{k}.0;net;00:11:22:33:44:55;2412;-60"))
+        events.append((app, f"GNSS;{app:.3f};{k}.0;50.000000;{8 + 1e-5 * k:.6f};100.000;90.0;4.0;0.7;7;5"))
+        if posi:
+            events.append((app, f"POSI;{app:.3f};{k};50.0000000;{8 + 2e-5 * k:.7f};1;0"))
+        events.append((app, f"IMUX;{app:.3f};{k}.0;{k};0;0;9.8;0;0;0;20;0;-40;0;0;0;1000;25"))
+    return GETSENSORDATA + "\n".join(line for _, line in sorted(events)) + "\n"
+
+
+@variant("getsensordata")
+def getsensordata(folder: Path) -> Path:
+    path = folder / "logfile_2023_11_14.txt"
+    path.write_text(getsensordata_text(dict.fromkeys(("ACCE", "GYRO", "MAGN"), 5000.0)), encoding="utf-8")
+    return path
+
+
+# Xsens -----------------------------------------------------------------------------------------------------------------
+
+MT_OLD = "// Start Time: 0\n// Sample rate: 100.0Hz\n// Scenario: 4.9\n// Firmware Version: 2.5.1\n"
+MT_NEW = (
+    "// Start Time: Unknown\n// Update Rate: 100.0Hz\n// Filter Profile: human (46.1)\n// Option Flags: AHS Disabled ICC Disabled\n"
+    "// Firmware Version: 4.6.0\n"
+)
+XYZ = [f"{s}_{a}" for s in ("Acc", "Gyr", "Mag") for a in "XYZ"]
+FIELD = 45.0
+
+
+def relative_field(table: np.ndarray) -> np.ndarray:
+    return np.column_stack([table[:, 1:7], table[:, 7:] / FIELD])
+
+
+@variant("xsens")
+def xsens_old(folder: Path) -> Path:
+    """A counter of 16 bits that begins anew, and the rate in the head."""
+    table = rows()
+    counter = (65500 + np.arange(len(table))) % 65536
+    values = np.column_stack([counter, relative_field(table), np.tile([1.0, 0, 0, 0], (len(table), 1))])
+    header = "\t".join(["Counter", *XYZ, "Quat_w", "Quat_x", "Quat_y", "Quat_z"])
+    path = folder / "MT_0100_000.txt"
+    path.write_text(MT_OLD + table_text(header, numbers(values, "\t")))
+    return path
+
+
+@variant("xsens")
+def xsens_new(folder: Path) -> Path:
+    """SampleTimeFine in 100 µs that begins anew at 2^32; empty UTC columns; a tab at the end of each line."""
+    table = rows()
+    fine_ticks = (2**32 - 20000 + np.round(table[:, 0] * 1e4).astype(np.int64)) % 2**32
+    more = ["Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3", "Mat[1][1]", "Mat[2][1]", "Roll", "Pitch", "Yaw"]
+    header = "\t".join(["PacketCounter", "SampleTimeFine", "Year", "Month", *XYZ, *more])
+    lines = [
+        "\t".join([f"{i % 65536}", f"{tick}", "", "", *(f"{v:.9g}" for v in row), *["0"] * len(more)]) + "\t"
+        for i, (tick, row) in enumerate(zip(fine_ticks, relative_field(table), strict=True))
+    ]
+    path = folder / "MT_0100_000.txt"
+    path.write_text(MT_NEW + table_text(header + "\t", lines))
+    return path
+
+
+@variant("xsens")
+def xsens_without_fine_time(folder: Path) -> Path:
+    """The column SampleTimeFine is there and empty."""
+    table = rows()
+    lines = ["\t".join([f"{i}", "", *(f"{v:.9g}" for v in row)]) for i, row in enumerate(relative_field(table))]
+    path = folder / "MT_0100_000.txt"
+    path.write_text(MT_NEW + table_text("\t".join(["PacketCounter", "SampleTimeFine", *XYZ]), lines))
+    return path
+
+
+DOT_HEAD = """sep=,
+DeviceTag:,1
+FirmwareVersion:,2.0.0
+AppVersion:,2021.0.0
+SyncStatus:,Synced
+OutputRate:,60Hz
+FilterProfile:,General
+Measurement Mode:,Custom mode 5
+StartTime: ,2025-07-11_20:06:00_086 WEST
+(c) Movella Technologies B.V. 2005-2025
+
+"""
+
+
+def dot(folder: Path, names: list[str], values: np.ndarray) -> Path:
+    ticks = (2**32 - 3_000_000 + np.round(rows()[:, 0] * 1e6).astype(np.int64)) % 2**32
+    lines = [f"{i},{tick}," + ",".join(f"{v:.12g}" for v in row) for i, (tick, row) in enumerate(zip(ticks, values, strict=True))]
+    path = folder / "DOT_1.csv"
+    path.write_text(DOT_HEAD + table_text(",".join(["PacketCounter", "SampleTimeFine", *names]), lines))
+    return path
+
+
+@variant("movella-dot")
+def dot_rate(folder: Path) -> Path:
+    values = relative_field(rows())
+    values[:, 3:6] = np.degrees(values[:, 3:6])
+    return dot(folder, XYZ, values)
+
+
+@variant("movella-dot")
+def dot_custom(folder: Path) -> Path:
+    quaternion = np.tile([1.0, 0, 0, 0], (len(rows()), 1))
+    values = np.column_stack([quaternion, np.degrees(rows()[:, 4:7]), rows()[:, 1:4]])
+    return dot(folder, ["Quat_W", "Quat_X", "Quat_Y", "Quat_Z", *XYZ[3:6], *XYZ[:3]], values)
+
+
+@variant("movella-dot")
+def dot_delta(folder: Path) -> Path:
+    table, dt = rows(), 0.01
+    turn = table[:, 4:7] * dt
+    half = np.linalg.norm(turn, axis=1, keepdims=True) / 2
+    dq = np.column_stack([np.cos(half), 0.5 * np.sinc(half / np.pi) * turn])
+    names = ["dq_W", "dq_X", "dq_Y", "dq_Z", "dv[1]", "dv[2]", "dv[3]", *XYZ[6:], "Quat_W", "FreeAcc_X", "FreeAcc_Y", "FreeAcc_Z"]
+    values = np.column_stack([dq, table[:, 1:4] * dt, table[:, 7:] / FIELD, np.zeros((len(table), 4))])
+    return dot(folder, names, values)
+
+
+# MetaMotion ------------------------------------------------------------------------------------------------------------
+
+
+def metamotion_files(clock: str, stem: str, tail: str = "") -> dict[str, str]:
+    files = {}
+    for name, table, at, unit, factor in (
+        ("Accelerometer", rows(), 1, "g", 1 / G),
+        ("Gyroscope", rows(LATE_S), 4, "deg/s", np.degrees(1)),
+        ("Magnetometer", rows(step=2), 7, "T", 1e-6),
+    ):
+        header = f"{clock},elapsed (s)," + ",".join(f"{a}-axis ({unit})" for a in "xyz")
+        lines = []
+        for row in table:
+            ms = EPOCH_S * 1000 + round(row[0] * 1000)
+            values = ",".join(f"{v:.9g}" for v in row[at : at + 3] * factor)
+            lines.append(f"{ms},2023-11-14T15.13.20.000,{row[0]:.3f},{values}")
+        files[f"{stem}_{name}{tail}.csv"] = table_text(header, lines)
+    return files
+
+
+@variant("metamotion")
+def metamotion_folder(folder: Path) -> Path:
+    return folded(folder, metamotion_files("epoch (ms),time (-07:00)", "MetaWear_2023-11-14T15.13.20_C0FFEE", "_100.000Hz_1.4.4"))
+
+
+@variant("metamotion")
+def metamotion_one_file(folder: Path) -> Path:
+    """Two recordings in the folder; the file tells which."""
+    folded(folder, metamotion_files("epoch (ms),time (-07:00)", "Other_2023-11-15T15.13.20_C0FFEE"))
+    return folded(folder, metamotion_files("epoc (ms),timestamp (-0700)", "My_2023-11-14_C0FFEE")) / "My_2023-11-14_C0FFEE_Gyroscope.csv"
+
+
+# Shimmer ---------------------------------------------------------------------------------------------------------------
+
+
+def shimmer_text(sep: str, first: str, formatted: bool = False, low_noise: bool = True) -> str:
+    table = rows()
+    device = "Shimmer_40AC"
+    clock = "TimestampSync_FormattedUnix" if formatted else "Timestamp_Unix"
+    channels = [clock, *(f"Accel_WR_{a}" for a in "XYZ"), *(f"Gyro_{a}" for a in "XYZ"), *(f"Mag_{a}" for a in "XYZ")]
+    units = ["yyyy/mm/dd hh:mm:ss.000" if formatted else "ms", *["m/(s^2)"] * 3, *["deg/s"] * 3, *["local_flux"] * 3]
+    values = np.column_stack([table[:, 1:4], np.degrees(table[:, 4:7]), table[:, 7:] / FIELD])
+    if low_noise:
+        channels += [f"Accel_LN_{a}" for a in "XYZ"]
+        units += ["m/(s^2)"] * 3
+        values = np.column_stack([values, np.clip(table[:, 1:4], -2, 2)])
+    lines = []
+    for row, line in zip(table, numbers(values, sep, tail=sep), strict=True):
+        stamp = f"2023/11/14 22:13:{20 + row[0]:06.3f}" if formatted else f"{(EPOCH_S + row[0]) * 1000:.16E}"
+        lines.append(f"{stamp}{sep}{line}")
+    return table_text(first, [sep.join(f"{device}_{c}_CAL" for c in channels) + sep, sep.join(units) + sep, *lines], "\r\n")
+
+
+@variant("shimmer")
+def shimmer_semicolon(folder: Path) -> Path:
+    (path := folder / "Session1_Shimmer_40AC_Calibrated_SD.csv").write_text(shimmer_text(";", "sep=;"))
+    return path
+
+
+@variant("shimmer")
+def shimmer_tab(folder: Path) -> Path:
+    (path := folder / "Session1.csv").write_text(shimmer_text("\t", '"sep=\\t"', low_noise=False))
+    return path
+
+
+@variant("shimmer")
+def shimmer_dates(folder: Path) -> Path:
+    (path := folder / "Session1.csv").write_text(shimmer_text(",", '"sep=,"', formatted=True))
+    return path

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.ahrs.parameters import AhrsParameters, MadgwickParameters
-from bematist.attitudes import Attitude
 from bematist.align import Alignment, InitialParameters, initial_alignment
+from bematist.attitudes import Attitude
 from bematist.errors import DataError, UsageError
 from bematist.intake import Intake, sample_rows
 from bematist.kernels import attitude as kernel

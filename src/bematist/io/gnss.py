@@ -10,7 +10,14 @@ from bematist.recording import Reference
 Array = NDArray[np.float64]
 
 
-def fixes(time: Array, latitude: Array, longitude: Array, height: Array | None = None, accuracy: Array | None = None) -> Reference | None:
+def fixes(
+    time: Array,
+    latitude: Array,
+    longitude: Array,
+    height: Array | None = None,
+    accuracy: Array | None = None,
+    what: str = "satellite fixes: no truth, and none indoors",
+) -> Reference | None:
     """Fixes (K,), degrees and m, as ENU about the first of them; those with a negative accuracy are none. None without a fix."""
     good = np.isfinite(time) & (np.abs(latitude) <= 90) & (np.abs(longitude) <= 180)
     if accuracy is not None:
@@ -28,5 +35,5 @@ def fixes(time: Array, latitude: Array, longitude: Array, height: Array | None =
     return Reference(
         time=time[rows],
         position=np.column_stack([east, north, up - up[0]]),
-        note=f"satellite fixes, about {lat[0]:.6f}°, {lon[0]:.6f}°{how}: no truth, and none indoors",
+        note=f"{what}; about {lat[0]:.6f}°, {lon[0]:.6f}°{how}",
     )

@@ -16,11 +16,19 @@ Found = dict[str, dict[str, str]]
 
 
 def read_streams(
-    head: Head, line: int, names: Sequence[str], separator: str, clock: str, found: Mapping[str, Mapping[str, str]], *, dated: bool = False
+    head: Head,
+    line: int,
+    names: Sequence[str],
+    separator: str,
+    clock: str,
+    found: Mapping[str, Mapping[str, str]],
+    *,
+    dated: bool = False,
+    comment: str = "#",
 ) -> dict[str, Stream]:
     """Streams of the columns in `found` on the stamps in the column `clock` (`dated`: it may hold dates).
 
-    `line` and `separator` are those of the header, `names` its columns, as `read_columns` takes them.
+    `line`, `separator` and `comment` are those of the header, `names` its columns, as `read_columns` takes them.
 
     Raises
     ------
@@ -32,7 +40,7 @@ def read_streams(
         if missing:
             raise DataError(f"{head.path}: the {WORDS[quantity]} lacks the axis {', '.join(missing)}. Export all three.")
     wanted = [clock, *(name for axes in found.values() for name in axes.values())]
-    columns = read_columns(head, line, names, wanted, separator=separator, clock=clock if dated else None)
+    columns = read_columns(head, line, names, wanted, separator=separator, comment=comment, clock=clock if dated else None)
     stamps = columns[clock]
     return {
         quantity: Stream(stamps=stamps, values=np.stack([columns[name] for _, name in sorted(axes.items())], 1))
