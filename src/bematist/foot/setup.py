@@ -73,7 +73,7 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
     prm[kernel.STILL_FRACTION] = m.still_fraction
     prm[kernel.HEADING_SD], prm[kernel.HEADING_TOLERANCE] = m.heading_sd, m.heading_tolerance
     prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
-    prm[kernel.FIELD_E] = 1.0
+    prm[kernel.FIELD_E] = prm[kernel.NORTH_E] = 1.0
     if a.field is None:
         if m.use == "reset" or listening:
             return ["The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."]
@@ -89,4 +89,5 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
     prm[kernel.FIELD_NORM] = norm
     prm[kernel.FIELD_INCLINATION] = -math.asin(a.field[2] / norm)
     prm[kernel.FIELD_E : kernel.FIELD_U + 1] = a.field
+    prm[kernel.NORTH_E], prm[kernel.NORTH_N] = a.field[:2] / horizontal
     return []

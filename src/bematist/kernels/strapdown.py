@@ -72,17 +72,17 @@ def turn(S, prm, dt, heard, f0, f1, f2, w0, w1, w2):
     q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
     a0, a1, a2 = w0 * dt, w1 * dt, w2 * dt
     g0 = g1 = g2 = g3 = m0 = m1 = m2 = held = 0.0
-    e, n = prm[at.FIELD_E], prm[at.FIELD_N]
-    horizontal = math.sqrt(e * e + n * n)
-    e, n = e / horizontal, n / horizontal
+    e, n = prm[at.NORTH_E], prm[at.NORTH_N]
     if heard:
         m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
         held = min(S[ROW] - S[FIELD_TIME], LONGEST_PULL_S)
         S[FIELD_TIME] = S[ROW]
     if prm[at.PROPAGATION] == at.MAHONY:
         e0, e1, e2 = mahony_error(q0, q1, q2, q3, f0, f1, f2, 0.0, 0.0, 0.0, e, n)
-        d0, d1, d2 = mahony_error(q0, q1, q2, q3, 0.0, 0.0, 0.0, m0, m1, m2, e, n)
-        e0, e1, e2 = e0 * dt + d0 * held, e1 * dt + d1 * held, e2 * dt + d2 * held
+        e0, e1, e2 = e0 * dt, e1 * dt, e2 * dt
+        if heard:
+            d0, d1, d2 = mahony_error(q0, q1, q2, q3, 0.0, 0.0, 0.0, m0, m1, m2, e, n)
+            e0, e1, e2 = e0 + d0 * held, e1 + d1 * held, e2 + d2 * held
         S[INTEGRAL] += prm[at.KI] * e0
         S[INTEGRAL + 1] += prm[at.KI] * e1
         S[INTEGRAL + 2] += prm[at.KI] * e2
@@ -106,6 +106,8 @@ def turn(S, prm, dt, heard, f0, f1, f2, w0, w1, w2):
         rw, rx, ry, rz = exp_quaternion(s * a0, s * a1, s * a2)
         q0, q1, q2, q3 = multiply(q0, q1, q2, q3, rw, rx, ry, rz)
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(q0 - g0, q1 - g1, q2 - g2, q3 - g3)
+    if prm[at.PROPAGATION] != at.MADGWICK:
+        return h0, h1, h2, h3
     return normalise(h0 - 0.5 * g0, h1 - 0.5 * g1, h2 - 0.5 * g2, h3 - 0.5 * g3)
 
 
