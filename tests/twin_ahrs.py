@@ -80,3 +80,30 @@ def turn(q, w, dt, exact):
         x, y, z, s = Rotation.from_rotvec(np.asarray(w) * dt).as_quat()
         return product(q, [s, x, y, z])
     return q + 0.5 * product(q, [0, *w]) * dt
+
+
+def run(recording, start, bias, kind, gain, bias_gain, exact, north, magnetometer=True):
+    """Attitudes (N,4) and offsets (N,3) of a recording without gaps, one sample after the other. Li & Wang eqs 24-34."""
+    rows = recording.samples()
+    q, b = np.array(start, float), np.array(bias, float)
+    attitudes, offsets = [q], [b]
+    half = 0.5 * np.arctan2(north[1], north[0])
+    frame = np.array([np.cos(half), 0, 0, np.sin(half)])
+    for k in range(1, len(rows)):
+        dt = rows[k, 0] - rows[k - 1, 0]
+        f, w, m = rows[k, 1:4], rows[k, 4:7], rows[k, 7:10] if magnetometer else None
+        if kind == "mahony":
+            e = error(q, f, m, north)
+            b = b - bias_gain * e * dt
+            q = turn(q, w - b + gain * e, dt, exact)
+        elif kind == "madgwick":
+            g = gradient(product(frame * [1, -1, -1, -1], q), f, m)
+            d = product(frame, g / np.linalg.norm(g))
+            b = b + bias_gain * 2 * product(q * [1, -1, -1, -1], d)[1:] * dt
+            q = turn(q, w - b, dt, exact) - gain * d * dt
+        else:
+            q = turn(q, w - b, dt, exact)
+        q = q / np.linalg.norm(q)
+        attitudes.append(q)
+        offsets.append(b)
+    return np.array(attitudes), np.array(offsets)

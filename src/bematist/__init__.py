@@ -33,7 +33,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from bematist.ahrs import FILTERS, Ahrs, Attitude, attitude
     from bematist.errors import BematistError, DataError, UsageError
-    from bematist.evaluate import evaluate
+    from bematist.evaluate import evaluate, evaluate_attitude
     from bematist.foot import FootIns, FootParameters
     from bematist.io import read, read_reference
     from bematist.methods import METHODS, track
@@ -49,6 +49,7 @@ _HOME = {
     "DataError": "errors",
     "UsageError": "errors",
     "evaluate": "evaluate",
+    "evaluate_attitude": "evaluate",
     "FootIns": "foot",
     "FootParameters": "foot",
     "read": "io",
@@ -75,6 +76,7 @@ __all__ = [
     "UsageError",
     "attitude",
     "evaluate",
+    "evaluate_attitude",
     "read",
     "read_reference",
     "track",

@@ -26,6 +26,7 @@ class Reference:
     position : (K,3) m, up NaN where only the plan is known.
     attitude : (K,4) wxyz or None.
     footfall : (K,) index of the stance phase each row belongs to (0 the initial stance), or None.
+    judged : (K,) the rows that errors are counted over, or None for all.
     mirrored : whether the reference axes may be left-handed, so that alignment may mirror them.
     note : where it comes from, and in what frame.
     """
@@ -34,6 +35,7 @@ class Reference:
     position: Array
     attitude: Array | None = None
     footfall: NDArray[np.int64] | None = None
+    judged: NDArray[np.bool_] | None = None
     mirrored: bool = False
     note: str = ""
 

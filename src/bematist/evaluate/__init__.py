@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.evaluate.alignment import Align, Alignment, align_path
+from bematist.evaluate.attitude import AttitudeEvaluation, evaluate_attitude
 from bematist.evaluate.metrics import (
     AttitudeError,
     Nees,
@@ -42,11 +43,13 @@ __all__ = [
     "Align",
     "Alignment",
     "AttitudeError",
+    "AttitudeEvaluation",
     "Evaluation",
     "Nees",
     "Relative",
     "align_path",
     "evaluate",
+    "evaluate_attitude",
     "footfalls",
     "match_footfalls",
     "nees",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.attitudes import Attitude
 from bematist.errors import DataError
 from bematist.evaluate.alignment import align_path
 from bematist.frames import conjugate, multiply, quaternion_from_rotation_vector, rotation_vector_from_quaternion
@@ -59,6 +60,9 @@ def pair(trajectory: Trajectory, reference: Reference) -> Pairs:
 def _by_time(trajectory: Trajectory, reference: Reference) -> Pairs:
     t, notes = trajectory.time, []
     placed = np.isfinite(reference.position[:, :2]).all(1) & np.isfinite(reference.time)
+    if reference.judged is not None:
+        notes.append(f"errors are counted over {reference.judged.sum()} of {len(placed)} rows of the reference, as it asks")
+        placed &= reference.judged
     # A tolerance of a µs: a time that was written with few digits must not lose the last row.
     inside = (reference.time >= t[0] - 1e-6) & (reference.time <= t[-1] + 1e-6)
     rows = np.flatnonzero(placed & inside)
@@ -71,7 +75,7 @@ def _by_time(trajectory: Trajectory, reference: Reference) -> Pairs:
             "seconds from the start of the recording: shift the reference's time column, or check that the two belong "
             "together."
         )
-    if missing := int((~placed).sum()):
+    if missing := int((~placed if reference.judged is None else reference.judged & ~placed).sum()):
         notes.append(f"{missing} rows of the reference have no time or no position and were left out")
     if outside := int((placed & ~inside).sum()):
         notes.append(f"{outside} rows of the reference lie outside the trajectory's time and were left out")
@@ -87,22 +91,35 @@ def sample(trajectory: Trajectory, at: Array) -> dict[str, Array]:
     if len(at) == len(t) and np.array_equal(at, t):
         names = ("position", "velocity", "attitude", "packed_covariance")
         return {name: getattr(trajectory, name) for name in names}
-    k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, max(len(t) - 2, 0))
-    after = np.minimum(k + 1, len(t) - 1)
-    step = np.where(after > k, t[after] - t[k], 1.0)
-    u = ((at - t[k]) / step)[:, None]
+    k, after, u = _between(t, at)
 
     def between(values: Array) -> Array:
         return values[k] + u * (values[after] - values[k])
 
-    q = trajectory.attitude
-    turn = rotation_vector_from_quaternion(multiply(conjugate(q[k]), q[after]))
     return {
         "position": between(trajectory.position),
         "velocity": between(trajectory.velocity),
-        "attitude": multiply(q[k], quaternion_from_rotation_vector(u * turn)),
+        "attitude": attitude_at(trajectory, at),
         "packed_covariance": between(trajectory.packed_covariance),
     }
+
+
+def _between(t: Array, at: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Samples before and after the times `at` (K,), and how far between them these are (K,1), 0 … 1."""
+    k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, max(len(t) - 2, 0))
+    after = np.minimum(k + 1, len(t) - 1)
+    step = np.where(after > k, t[after] - t[k], 1.0)
+    return k, after, ((at - t[k]) / step)[:, None]
+
+
+def attitude_at(estimate: Trajectory | Attitude, at: Array) -> Array:
+    """Attitudes (K,4) at the times `at` (K,), s, inside the estimate's span, along the shortest rotation between its samples."""
+    t, q = estimate.time, estimate.attitude
+    if len(at) == len(t) and np.array_equal(at, t):
+        return q
+    k, after, u = _between(t, at)
+    turn = rotation_vector_from_quaternion(multiply(conjugate(q[k]), q[after]))
+    return multiply(q[k], quaternion_from_rotation_vector(u * turn))
 
 
 def footfalls(trajectory: Trajectory) -> tuple[NDArray[np.int64], Array]:

@@ -44,6 +44,8 @@ _TABLE = (
     Format("sensor-logger", "sensor_logger", "Sensor Logger zip, folder or a CSV in it (time,seconds_elapsed,z,y,x), Android and iOS"),
     Format("phyphox", "phyphox", "phyphox zip, folder or CSV (Time (s), Acceleration x (m/s^2) …), in any language"),
     Format("text-folder", "text_folder", "folder with accelerometer.txt, gyroscope.txt … of an Android phone, without headers"),
+    Format("broad", "broad", "BROAD .mat (imu_acc, imu_gyr, imu_mag, sampling_rate, opt_quat …)"),
+    Format("npz", "npz", "NumPy .npz with acc, gyr, mag and sampling_rate, as the examples of VQF"),
     Format("pyshoe", "pyshoe", "PyShoe .mat (imu, ts, gt)"),
 )
 FORMATS: dict[str, Format] = {f.name: f for f in _TABLE}
@@ -120,6 +122,8 @@ def __getattr__(name: str) -> Any:
         "read_trajectory": "trajectory_files",
         "export": "exports",
         "EXPORTS": "exports",
+        "write_attitude": "attitude_files",
+        "read_attitude": "attitude_files",
     }
     if name in home:
         return getattr(importlib.import_module(f"bematist.io.{home[name]}"), name)

@@ -27,6 +27,25 @@ _STRUCTURE = 2
 _COMPLEX = 0x08
 
 
+def names(path: Path) -> tuple[str, ...]:
+    """Names of the variables of a file, without what they hold; none where the file is of another kind or damaged."""
+    try:
+        content = path.read_bytes()
+        order = {b"IM": "<", b"MI": ">"}[content[126:128]]
+        return tuple(_name(kind, body, order) for kind, body in _elements(content[HEADER_BYTES:], order))
+    except (OSError, ValueError, struct.error, zlib.error, KeyError):
+        return ()
+
+
+def _name(kind: int, body: bytes, order: str) -> str:
+    # The beginning of a compressed element holds the tag of a matrix (8 bytes), then flags, shape and name.
+    start = zlib.decompressobj().decompress(body, 1024)[8:] if kind == _COMPRESSED else body[:1024]
+    parts = _elements(start, order)
+    for _ in range(2):
+        _next(parts)
+    return _next(parts).decode("ascii")
+
+
 def load(path: Path) -> dict[str, Any]:
     """The real numeric arrays of a file by name, and as dictionaries of them the structures (of one element); others are left out.
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bematist import units as unit_tables
+from bematist.errors import DataError
 from bematist.recording import Reference
 
 Array = NDArray[np.float64]
@@ -55,3 +58,25 @@ class Raw:
     phone: bool = False
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+
+def evenly(source: str, arrays: Mapping[str, Any], rate_hz: Any) -> Raw:
+    """Arrays (N,3) of quantities, in m/s², rad/s and µT, sampled together at one rate (a number, as an array too).
+
+    Raises
+    ------
+    DataError
+        The arrays do not fit together, or the rate is none.
+    """
+    rate = np.asarray(rate_hz).ravel()
+    shapes = {np.shape(a) for a in arrays.values()}
+    if len(shapes) != 1 or len(shape := shapes.pop()) != 2 or shape[1] != 3:
+        raise DataError(f"{source}: the sensors have arrays of different shapes, where each must have (N,3).")
+    if rate.shape != (1,) or not np.isreal(rate[0]) or not 0 < rate[0] < np.inf:
+        raise DataError(f"{source}: sampling_rate must be one number, in Hz.")
+    stamps = np.arange(shape[0]) / float(rate[0])
+    return Raw(
+        source=source,
+        streams={quantity: Stream(stamps=stamps, values=np.array(a, float)) for quantity, a in arrays.items()},
+        stated={"time": "s", "specific_force": "m/s^2", "angular_rate": "rad/s", "magnetic_flux_density": "uT"},
+    )

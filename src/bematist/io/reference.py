@@ -34,7 +34,7 @@ def read_gsu(path: Path) -> Reference | None:
 def read_reference(path: str | Path, *, start_ns: int | None = None) -> Reference:
     """The true path from a file.
 
-    CSV or Parquet with `time,east,north[,up][,qw,qx,qy,qz]` (empty cells allowed; a trajectory is one too), a GSU or a PyShoe .mat,
+    CSV or Parquet with `time,east,north[,up][,qw,qx,qy,qz]` (empty cells allowed; a trajectory is one too), a GSU, PyShoe or BROAD .mat,
     or a folder that `bematist track` wrote. `start_ns`, the start of the recording, turns UNIX times into times of the recording.
 
     Raises
@@ -54,12 +54,14 @@ def read_reference(path: str | Path, *, start_ns: int | None = None) -> Referenc
 
 
 def _mat(path: Path) -> Reference:
+    from bematist.io import broad, pyshoe
     from bematist.io.mat import load
-    from bematist.io.pyshoe import reference_of
 
-    found = read_gsu(path) or reference_of(load(path))
+    found = read_gsu(path) or pyshoe.reference_of(mat := load(path)) or broad.reference_of(mat)
     if found is None:
-        raise DataError(f"{path}: neither GCP_meters (GSU) nor gt and ts (PyShoe) is in this MATLAB file.")
+        raise DataError(
+            f"{path}: neither GCP_meters (GSU) nor gt and ts (PyShoe) nor opt_quat and sampling_rate (BROAD) is in this MATLAB file."
+        )
     return found
 
 
@@ -98,7 +100,7 @@ def _columns(head: Head) -> dict[str, np.ndarray]:
         if missing := [n for n in ("time", "east", "north") if n not in names]:
             raise DataError(
                 f"{head.path}: the reference lacks the column {', '.join(missing)}. A reference is a CSV with "
-                "time,east,north[,up][,qw,qx,qy,qz], or a GSU or PyShoe .mat."
+                "time,east,north[,up][,qw,qx,qy,qz], or a GSU, PyShoe or BROAD .mat."
             )
         quaternion = all(n in names for n in optional[1:])
         wanted = ["time", "east", "north", *(n for n in optional if n in names and (n == "up" or quaternion))]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,7 +108,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
         if not found:
             raise DataError(f"{path}: there is no trajectory.parquet or trajectory.csv in this folder. Make one with `bematist track`.")
         path = found[0]
-    table = _table(path)
+    table = table_of(path)
     if missing := [name for name in COLUMNS if name not in table.columns]:
         raise DataError(
             f"{path}: this is no trajectory, the column{'s' * (len(missing) > 1)} {', '.join(missing)} "
@@ -117,7 +117,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
     if not len(table):
         raise DataError(f"{path}: the trajectory has no rows.")
     values = _numbers(table, path)
-    summary = _summary(path.parent)
+    summary = summary_beside(path)
     return Trajectory(
         time=values[:, 0].copy(),
         position=values[:, 1:4].copy(),
@@ -131,7 +131,8 @@ def read_trajectory(path: str | Path) -> Trajectory:
     )
 
 
-def _table(path: Path) -> pl.DataFrame:
+def table_of(path: Path, columns: Sequence[str] = COLUMNS) -> pl.DataFrame:
+    """A Parquet or CSV file as a table, in which `columns` are numbers. DataError where it cannot be read."""
     import polars as pl
 
     try:
@@ -141,7 +142,7 @@ def _table(path: Path) -> pl.DataFrame:
         if parquet:
             return read_parquet(path)
         # Types are given: the first hundred rows of a rest look like integers.
-        return pl.read_csv(path, comment_prefix="#", glob=False, schema_overrides=dict.fromkeys(COLUMNS, pl.Float64))
+        return pl.read_csv(path, comment_prefix="#", glob=False, schema_overrides=dict.fromkeys(columns, pl.Float64))
     except OSError as error:
         raise DataError(f"{path}: the trajectory cannot be read ({error.strerror or error}).") from None
     except pl.exceptions.PolarsError as error:
@@ -175,9 +176,10 @@ def _covariance(table: pl.DataFrame, values: np.ndarray, path: Path) -> np.ndarr
     return packed
 
 
-def _summary(folder: Path) -> dict[str, Any]:
+def summary_beside(path: Path) -> dict[str, Any]:
+    """The content of the `summary.json` beside a file of results, empty without one."""
     try:
-        found = json.loads((folder / "summary.json").read_text("utf-8"))
+        found = json.loads((path.parent / "summary.json").read_text("utf-8"))
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}
