@@ -38,7 +38,11 @@ def walk(n: int = 5000, *, magnetometer: bool = True, **changes: Any) -> Traject
             "packed_covariance": packed,
             "diagnostics": _diagnostics(rng, t, stance, magnetometer),
             "method": "maginav",
-            "parameters": {"zero_velocity": {"sd": 0.02}, "magnetic": {"norm_tolerance": 0.05, "inclination_tolerance": 0.087}},
+            "parameters": {
+                "zero_velocity": {"sd": 0.02},
+                "hdr": {"tolerance": 0.07},
+                "magnetic": {"norm_tolerance": 0.05, "inclination_tolerance": 0.087},
+            },
             "processing_s": 0.2,
             "source": "walk.csv",
             **changes,
@@ -61,6 +65,9 @@ def _diagnostics(rng: np.random.Generator, t: np.ndarray, stance: np.ndarray, ma
         "accel_bias_sd": np.full((n, 3), 0.01),
         "bridged": np.zeros(n, np.uint8),
         "navigation_state": stance + 1,
+        "pace": np.where(t < 5, 0.0, np.where(t < 15, 1.0, 2.0)),
+        "zaru_nis": rng.chisquare(3, n) * np.where(t < 3, 1.0, np.nan),
+        "hdr_innovation": np.where(np.arange(n) % 262 == 30, 0.05 * rng.standard_normal(n), np.nan),
     }
     if magnetometer:
         sampled = np.arange(n) % 3 == 0
@@ -68,6 +75,7 @@ def _diagnostics(rng: np.random.Generator, t: np.ndarray, stance: np.ndarray, ma
         found["magnetic_norm"] = norm
         found["magnetic_inclination"] = np.where(sampled, 1.1 + 0.05 * rng.standard_normal(n), np.nan)
         found["magnetic_gate"] = np.where(sampled, rng.integers(0, 5, n), 0).astype(np.uint8)
+        found["maru_nis"] = np.where(np.arange(n) % 262 == 90, rng.chisquare(3, n), np.nan)
         found["magnetic_reference"] = np.array([48.0, 1.1])
     return {k: v if v.dtype == np.uint8 else v.astype(np.float32) for k, v in found.items()}
 

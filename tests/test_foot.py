@@ -31,6 +31,15 @@ DAMAGED = damaged()
 VARIANTS = {name: m.parameters for name, m in METHODS.items()} | {
     "nine states, heading": FootParameters().override({"states": 9, "magnetic": {"use": "heading"}}),
     "relative, reset": FootParameters().override({"stance": {"rule": "relative"}, "magnetic": {"use": "reset"}}),
+    "all constraints, adaptive": FootParameters().override(
+        {
+            "zaru": {"use": "rest", "after_s": 0.1},
+            "hdr": {"use": "stance", "tolerance": 0.5},
+            "maru": {"use": True, "interval_s": 0.1},
+            "stance": {"rule": "adaptive", "pace": {"window_s": 0.5, "walk_speed": 0.05, "run_speed": 0.2}},
+        }
+    ),
+    "constraints as printed": FootParameters().override({"zaru": {"use": "stance"}, "hdr": {"use": "sample"}, "maru": {"use": True}}),
     **{d: FootParameters().override({"stance": {"detector": d}}) for d in ("ared", "amvd", "amag", "gyro")},
     "causal": FootParameters().override({"stance": {"placement": "causal"}, "attitude": {"integration": "first-order"}}),
     "forward, relative": FootParameters().override({"stance": {"placement": "forward", "rule": "relative"}}),

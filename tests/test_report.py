@@ -44,8 +44,8 @@ def panel(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
     return next(p["traces"] for p in data["panels"] if p["key"] == key)
 
 
-ALL = ["height", "speed", "tilt", "heading", "uncertainty", "stance", "innovation", "nis", "field", "inclination"]
-ALL += ["gyro-bias", "accel-bias"]
+ALL = ["height", "speed", "tilt", "heading", "uncertainty", "stance", "pace", "innovation", "nis", "zaru", "hdr", "field"]
+ALL += ["inclination", "maru", "gyro-bias", "accel-bias"]
 
 # ---- decimation ----------------------------------------------------------------------------------------------------------
 
@@ -126,7 +126,7 @@ def test_all_panels_with_all_diagnostics() -> None:
 
 def test_no_magnetometer_no_magnetic_panels() -> None:
     keys = [p.key for p in panels(subjects([walk(magnetometer=False)]))]
-    assert keys == [k for k in ALL if k not in ("field", "inclination")]
+    assert keys == [k for k in ALL if k not in ("field", "inclination", "maru")]
 
 
 def test_without_diagnostics_and_covariance_the_path_remains(tmp_path: Path) -> None:

@@ -24,26 +24,46 @@ DETECTORS = {
     "amag": kernel.AMAG,
     "gyro": kernel.GYRO_NORM,
 }
-RULES = {"absolute": kernel.ABSOLUTE, "relative": kernel.RELATIVE}
+RULES = {"absolute": kernel.ABSOLUTE, "relative": kernel.RELATIVE, "adaptive": kernel.ABSOLUTE}
+"""How a sample is judged; with the adaptive rule the filter moves the threshold."""
 
 
 @dataclass(frozen=True)
 class Defaults:
-    """What suits a walking foot with one detector: window in s, threshold of the absolute and floor of the relative rule."""
+    """What suits one detector: window in s, threshold for walking, floor of the relative rule, thresholds for a slow and a running foot."""
 
     window_s: float
     threshold: float
     floor: float
+    slow: float
+    running: float
 
 
 DEFAULTS = {
-    "shoe": Defaults(0.035, 150.0, 5.0),
-    "ared": Defaults(0.035, 100.0, 3.0),
-    "amvd": Defaults(0.1, 2.0, 0.07),
-    "amag": Defaults(0.1, 1.0, 0.03),
-    "gyro": Defaults(0.05, 0.6, 0.1),
+    "shoe": Defaults(0.035, 150.0, 5.0, 100.0, 1000.0),
+    "ared": Defaults(0.035, 100.0, 3.0, 70.0, 700.0),
+    "amvd": Defaults(0.1, 2.0, 0.07, 1.4, 14.0),
+    "amag": Defaults(0.1, 1.0, 0.03, 0.7, 7.0),
+    "gyro": Defaults(0.05, 0.6, 0.1, 0.5, 1.2),
 }
 """The statistic of `gyro` is in rad/s, the others have no unit."""
+
+
+class PaceParameters(Parameters):
+    """Adaptive rule: slow, walking or running by the speed of the foot, its mean over a trailing window, and of it the largest in one."""
+
+    window_s: float = Field(default=1.0, gt=0, le=10, description="Window of the mean and of the largest, s. Longer: a class lasts.")
+    walk_speed: float = Field(default=0.9, gt=0, description="Walking from this speed on, m/s; slow below.")
+    run_speed: float = Field(default=2.0, gt=0, description="Running from this speed on, m/s. Lower: a fast walk counts as a run.")
+    hysteresis: float = Field(
+        default=0.1, ge=0, lt=1, description="A class is left this much below the speed that leads to it, relative. Larger: fewer changes."
+    )
+    slow_threshold: float | None = Field(
+        default=None, gt=0, description="Threshold of a slow foot; none: the detector's own. Larger: more stance, a shorter path."
+    )
+    run_threshold: float | None = Field(
+        default=None, gt=0, description="Threshold of a running foot; none: the detector's own. Smaller: stances are missed."
+    )
 
 
 class StanceParameters(Parameters):
@@ -74,16 +94,17 @@ class StanceParameters(Parameters):
         gt=0,
         description="Angular rate in stance, rad/s per sample (3 deg/s). Larger: the gyroscope counts less.",
     )
-    rule: Literal["absolute", "relative"] = Field(
+    rule: Literal["absolute", "relative", "adaptive"] = Field(
         default="absolute",
         description="absolute: stance where the statistic is below `threshold`. relative: below `ratio` times the least statistic "
-        "within `lookaround_s` on either side, and the noise of the zero velocity grows with the statistic.",
+        "within `lookaround_s` on either side, and the noise of the zero velocity grows with the statistic. adaptive: below `threshold` "
+        "while walking, and below thresholds of `pace` when the foot is slow or runs (Li & Wang eq 36).",
     )
     threshold: float | None = Field(
         default=None,
         gt=0,
-        description="Threshold of the absolute rule (MAGINAV eq 3); none: the detector's default for walking. Larger: more stance, a "
-        "shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
+        description="Threshold of the absolute rule (MAGINAV eq 3), of the adaptive rule while walking; none: the detector's own. Larger: "
+        "more stance, a shorter path when a rolling foot is taken for a standing one; smaller: stances are missed and the path drifts.",
     )
     floor: float | None = Field(
         default=None,
@@ -100,10 +121,19 @@ class StanceParameters(Parameters):
         "result by as much.",
     )
 
+    pace: PaceParameters = PaceParameters()
+
     @property
     def limit(self) -> float:
-        """The threshold of the absolute rule."""
+        """The threshold of the absolute rule, and of the adaptive one while walking."""
         return DEFAULTS[self.detector].threshold if self.threshold is None else self.threshold
+
+    @property
+    def limits(self) -> tuple[float, float, float]:
+        """The thresholds of the adaptive rule: slow, walking, running."""
+        own, pace = DEFAULTS[self.detector], self.pace
+        slow = own.slow if pace.slow_threshold is None else pace.slow_threshold
+        return slow, self.limit, own.running if pace.run_threshold is None else pace.run_threshold
 
     @property
     def least(self) -> float:
@@ -123,6 +153,10 @@ class StanceParameters(Parameters):
         """Samples of the window after the judged one."""
         others = self.window_samples(rate_hz) - 1
         return {"centred": others // 2, "forward": others, "causal": 0}[self.placement]
+
+    def pace_samples(self, rate_hz: float) -> int:
+        """Samples of the window whose mean speed tells the class."""
+        return max(1, round(self.pace.window_s * rate_hz))
 
     def lookaround_samples(self, rate_hz: float) -> int:
         """Samples on either side whose least statistic counts."""

@@ -79,6 +79,90 @@ class MagneticParameters(Parameters):
     )
 
 
+class ZeroAngularRateParameters(Parameters):
+    """ZARU: a foot at rest does not turn, so its gyroscope shows the gyroscope's offset (Jiménez et al. 2010; Li & Wang section 4.2)."""
+
+    use: Literal["off", "rest", "stance"] = Field(
+        default="off",
+        description="off: not used. rest: in stance, after `after_s` of small angular rate. stance: at every sample in stance, as in the "
+        "papers; a walking foot rocks while it stands, and its turning is taken for offset.",
+    )
+    sd: float = Field(
+        default=0.01,
+        gt=0,
+        description="Standard deviation of the angular rate of a foot at rest, rad/s. Larger: the offset follows more slowly.",
+    )
+    correlation_s: float = Field(
+        default=0.1,
+        ge=0,
+        description="How long one sway of a foot at rest lasts, s: the samples of this time count as one measurement. 0: each sample for "
+        "itself, as in the papers. Larger: slower and safer.",
+    )
+    rate: float = Field(
+        default=0.15,
+        gt=0,
+        description="rest: the angular rate, rad/s, freed of the offset, that a foot at rest does not exceed. Larger: a foot that turns "
+        "slowly passes for one at rest.",
+    )
+    after_s: float = Field(
+        default=1.0, ge=0, description="rest: how long the angular rate must have been small, s. Shorter: stances of a slow walk count."
+    )
+
+
+class HeadingReductionParameters(Parameters):
+    """HDR: who walks straight puts his foot down as he did in the last two stances (Jiménez et al. 2010; Li & Wang section 4.2)."""
+
+    use: Literal["off", "stance", "sample"] = Field(
+        default="off",
+        description="off: not used. stance: once a stance, with its mean yaw. sample: at every sample of a stance, as in the papers.",
+    )
+    sd: float = Field(
+        default=math.radians(1.0),
+        gt=0,
+        description="Standard deviation of a stance's yaw against the mean of the two before, rad; of each sample for sample (the papers: "
+        "0.1). Smaller: drift is held back more, and a slow turn is straightened more.",
+    )
+    tolerance: float = Field(
+        default=math.radians(4.0),
+        gt=0,
+        description="A larger difference, rad, is a turn and is left alone. Larger: gentle curves are straightened.",
+    )
+    after_s: float = Field(
+        default=0.05,
+        ge=0,
+        description="A stance counts from this length on, s; with stance, it is measured then. Longer: a steadier mean, and short stances "
+        "of a run are left out.",
+    )
+    longest_s: float = Field(
+        default=1.0, gt=0, description="sample: not later than this into a stance, s: who stands still does not walk straight."
+    )
+    apart_s: float = Field(
+        default=0.2, ge=0, description="Stances nearer to each other, s, are one: a stride takes longer. Larger: fast steps are joined."
+    )
+
+
+class MagneticRateParameters(Parameters):
+    """MARU: in a constant field the magnetometer tells how the sensor turned (Li & Wang's reference 22; MAGYQ eqs 40-43).
+
+    Within one stance, where the sensor keeps its place: the field may be disturbed, but must not change.
+    """
+
+    use: bool = Field(default=False, description="Whether the turning of the field in stance measures the gyroscope's offset.")
+    sd: float = Field(default=0.5, gt=0, description="Noise of one magnetometer sample, µT on each axis. Larger: the offset follows less.")
+    interval_s: float = Field(
+        default=0.5,
+        ge=0,
+        description="Time between the two samples that are compared, s; 0: successive ones, as in the paper, whose noise is much larger "
+        "than their turn. Longer: each says more, and stances that are shorter say nothing.",
+    )
+    norm_tolerance: float = Field(
+        default=0.02, gt=0, description="Gate: largest relative difference of the two norms. Larger: a changing field passes."
+    )
+    gate: float = Field(
+        default=3.0, gt=0, description="Gate: a difference larger than this many times what is expected is refused. Larger: passes more."
+    )
+
+
 class StepParameters(Parameters):
     """Which steps of time are gaps, and how attitude is carried over them."""
 

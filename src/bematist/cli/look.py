@@ -101,7 +101,9 @@ def stance(
         return
     stands = found.stance.astype(bool)
     phases = int(stands[0]) + int((stands[1:] & ~stands[:-1]).sum())
-    rule = f"threshold {parameters.limit:g}" if parameters.rule == "absolute" else f"relative, ratio {parameters.ratio:g}"
+    rule = f"relative, ratio {parameters.ratio:g}" if parameters.rule == "relative" else f"threshold {parameters.limit:g}"
+    if parameters.rule == "adaptive":
+        rule += ", that of walking: only the filter knows the speed"
     output().print(
         facts(
             [

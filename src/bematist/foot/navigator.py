@@ -15,7 +15,7 @@ from bematist.align import Alignment, initial_alignment
 from bematist.errors import DataError, UsageError
 from bematist.foot.parameters import FootParameters
 from bematist.foot.result import PHONE, judge, trajectory
-from bematist.foot.setup import initial_covariance, kernel_parameters
+from bematist.foot.setup import kernel_parameters, workspace
 from bematist.intake import Intake, sample_rows
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
@@ -170,14 +170,9 @@ class FootIns:
         self.alignment = a
         self.warnings += a.warnings
         index, memory = stance.memory(p.stance, self._rate_hz)
-        S = np.zeros(kernel.WORKSPACE_SIZE)
-        S[kernel.Q : kernel.Q + 4] = a.attitude
-        S[kernel.BG : kernel.BG + 3] = a.gyro_bias
-        S[kernel.FIELD_TIME] = head[0, 0]
-        S[: 15 * 16].reshape(15, 16)[:, :15] = initial_covariance(p, a)
         prm, warnings = kernel_parameters(p, a, self._rate_hz)
         self.warnings += warnings
-        self._state = (index, memory, S, prm)
+        self._state = (index, memory, workspace(p, a, prm, head[0, 0]), prm)
         self._scratch = stance.scratch(index, 1)
 
     def _trajectory(self, nav: Array, diagnostics: NDArray[np.float32], **fields: Any) -> Trajectory:

@@ -11,7 +11,14 @@ from bematist.align import InitialParameters
 from bematist.earth import STANDARD_GRAVITY
 from bematist.parameters import Parameters
 from bematist.stance import StanceParameters
-from bematist.updates import GapParameters, MagneticParameters, ZeroVelocityParameters
+from bematist.updates import (
+    GapParameters,
+    HeadingReductionParameters,
+    MagneticParameters,
+    MagneticRateParameters,
+    ZeroAngularRateParameters,
+    ZeroVelocityParameters,
+)
 
 
 class AttitudeParameters(Parameters):
@@ -80,6 +87,9 @@ class FootParameters(Parameters):
     stance: StanceParameters = StanceParameters()
     zero_velocity: ZeroVelocityParameters = ZeroVelocityParameters()
     magnetic: MagneticParameters = MagneticParameters()
+    zaru: ZeroAngularRateParameters = ZeroAngularRateParameters()
+    hdr: HeadingReductionParameters = HeadingReductionParameters()
+    maru: MagneticRateParameters = MagneticRateParameters()
     initial: InitialParameters = InitialParameters()
     noise: NoiseParameters = NoiseParameters()
     gap: GapParameters = GapParameters()

@@ -54,7 +54,7 @@ def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array) -> list[str]
 
 
 def trajectory(nav: Array, d: NDArray[np.float32], prm: Array | None, **fields: Any) -> Trajectory:
-    """Results (N,29) and diagnostics (N,24) of the kernels (`kernels.layout`) by their names."""
+    """Results (N,29) and diagnostics (N,DIAG) of the kernels (`kernels.layout`) by their names."""
     named: dict[str, NDArray[Any]] = {
         "stance_statistic": d[:, kernel.STATISTIC],
         "stance_threshold": d[:, kernel.LIMIT],
@@ -70,6 +70,10 @@ def trajectory(nav: Array, d: NDArray[np.float32], prm: Array | None, **fields: 
         "gyro_bias_sd": d[:, kernel.GYRO_BIAS_SD : kernel.GYRO_BIAS_SD + 3],
         "accel_bias": d[:, kernel.ACCEL_BIAS : kernel.ACCEL_BIAS + 3],
         "accel_bias_sd": d[:, kernel.ACCEL_BIAS_SD : kernel.ACCEL_BIAS_SD + 3],
+        "zaru_nis": d[:, kernel.ZARU_NIS],
+        "hdr_innovation": d[:, kernel.HDR_INNOVATION],
+        "maru_nis": d[:, kernel.MARU_NIS],
+        "pace": d[:, kernel.PACE],
     }
     if prm is not None:
         named["magnetic_reference"] = np.array([prm[kernel.FIELD_NORM], prm[kernel.FIELD_INCLINATION]])

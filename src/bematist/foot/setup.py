@@ -11,6 +11,7 @@ from bematist.align import Alignment
 from bematist.foot.parameters import AttitudeParameters, FootParameters
 from bematist.frames import matrix_from_quaternion
 from bematist.kernels import layout as kernel
+from bematist.stance import StanceParameters
 
 Array = NDArray[np.float64]
 
@@ -52,6 +53,8 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd
     prm[kernel.GAP_BALLISTIC_S] = p.gap.ballistic_s
     _set_attitude(prm, p.attitude, a)
+    _set_constraints(prm, p, a, rate_hz)
+    _set_pace(prm, p.stance, rate_hz)
     return prm, _set_field(prm, p, a)
 
 
@@ -61,6 +64,42 @@ def _set_attitude(prm: Array, p: AttitudeParameters, a: Alignment) -> None:
     prm[kernel.INTEGRATION] = _INTEGRATION[p.integration]
     prm[kernel.AT_END] = p.force_at == "end"
     prm[kernel.KP], prm[kernel.KI], prm[kernel.BETA] = p.kp, p.ki, p.beta
+
+
+def _set_constraints(prm: Array, p: FootParameters, a: Alignment, rate_hz: float) -> None:
+    zaru, hdr, maru = p.zaru, p.hdr, p.maru
+    prm[kernel.ZARU_USE] = zaru.use != "off"
+    prm[kernel.ZARU_RATE], prm[kernel.ZARU_AFTER_S] = (zaru.rate, zaru.after_s) if zaru.use == "rest" else (math.inf, 0.0)
+    prm[kernel.ZARU_VARIANCE] = zaru.sd**2 * max(1.0, zaru.correlation_s * rate_hz)
+    prm[kernel.HDR_USE] = {"off": kernel.HDR_OFF, "sample": kernel.HDR_SAMPLE, "stance": kernel.HDR_STANCE}[hdr.use]
+    prm[kernel.HDR_VARIANCE], prm[kernel.HDR_TOLERANCE] = hdr.sd**2, hdr.tolerance
+    prm[kernel.HDR_AFTER_S], prm[kernel.HDR_APART_S] = hdr.after_s, hdr.apart_s
+    prm[kernel.HDR_LONGEST_S] = hdr.longest_s if hdr.use == "sample" else math.inf
+    # The yaw of the body axis, x or y, that lies flatter.
+    up = matrix_from_quaternion(a.attitude)[2]
+    prm[kernel.HDR_AXIS] = float(abs(up[1]) < abs(up[0]))
+    prm[kernel.MARU_USE] = maru.use
+    prm[kernel.MARU_VARIANCE], prm[kernel.MARU_INTERVAL_S] = 2 * maru.sd**2, maru.interval_s
+    prm[kernel.MARU_NORM_TOLERANCE], prm[kernel.MARU_GATE] = maru.norm_tolerance, maru.gate
+    prm[kernel.CONSTRAINED] = zaru.use != "off" or hdr.use != "off" or maru.use
+
+
+def _set_pace(prm: Array, s: StanceParameters, rate_hz: float) -> None:
+    prm[kernel.PACE_USE] = s.rule == "adaptive"
+    prm[kernel.PACE_SAMPLES] = s.pace_samples(rate_hz)
+    prm[kernel.PACE_WALK], prm[kernel.PACE_RUN], prm[kernel.PACE_HYSTERESIS] = s.pace.walk_speed, s.pace.run_speed, s.pace.hysteresis
+    prm[kernel.PACE_LIMIT : kernel.PACE_LIMIT + 3] = s.limits
+
+
+def workspace(p: FootParameters, a: Alignment, prm: Array, start: float) -> Array:
+    """The workspace before the first sample, at `start` s (`kernels.layout`), with the rings of the adaptive rule behind it."""
+    S = np.zeros(kernel.WORKSPACE_SIZE + 2 * int(prm[kernel.PACE_SAMPLES] * prm[kernel.PACE_USE]))
+    S[kernel.Q : kernel.Q + 4] = a.attitude
+    S[kernel.BG : kernel.BG + 3] = a.gyro_bias
+    S[: 15 * 16].reshape(15, 16)[:, :15] = initial_covariance(p, a)
+    S[kernel.FIELD_TIME] = start
+    S[kernel.LIMIT_NOW], S[kernel.CLASS] = prm[kernel.THRESHOLD], kernel.WALKING
+    return S
 
 
 def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:

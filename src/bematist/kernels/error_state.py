@@ -77,43 +77,46 @@ def feed_back(S, attitude):
 
 
 @inlined
-def zero_velocity(S, variance):
-    """Estimate the error E from z = v - 0 (MAGINAV eqs 21, 22, 24; erratum: H is 3x15) and update P. Returns the NIS.
+def vector_measurement(S, first, z0, z1, z2, variance):
+    """Estimate the error E from z = x[first:first + 3] + noise, the variance the same on each axis, and update P. Returns the NIS.
 
-    With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by construction, and E = W L⁻¹ z.
+    MAGINAV eqs 21, 22, 24 (erratum: H is 3x15). With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by
+    construction, and E = W L⁻¹ z.
     """
-    l00 = math.sqrt(S[51] + variance)
+    p, q, r = 16 * first, 16 * first + 16, 16 * first + 32
+    l00 = math.sqrt(S[p + first] + variance)
     i0 = 1 / l00
-    l10 = S[67] * i0
-    l20 = S[83] * i0
-    i1 = 1 / math.sqrt(S[68] + variance - l10 * l10)
-    l21 = (S[84] - l20 * l10) * i1
-    i2 = 1 / math.sqrt(S[85] + variance - l20 * l20 - l21 * l21)
-    y0 = S[V] * i0
-    y1 = (S[V + 1] - l10 * y0) * i1
-    y2 = (S[V + 2] - l20 * y0 - l21 * y1) * i2
+    l10 = S[q + first] * i0
+    l20 = S[r + first] * i0
+    i1 = 1 / math.sqrt(S[q + first + 1] + variance - l10 * l10)
+    l21 = (S[r + first + 1] - l20 * l10) * i1
+    i2 = 1 / math.sqrt(S[r + first + 2] + variance - l20 * l20 - l21 * l21)
+    y0 = z0 * i0
+    y1 = (z1 - l10 * y0) * i1
+    y2 = (z2 - l20 * y0 - l21 * y1) * i2
     for c in range(16):
-        a = S[48 + c] * i0
-        b = (S[64 + c] - l10 * a) * i1
-        g = (S[80 + c] - l20 * a - l21 * b) * i2
+        a = S[p + c] * i0
+        b = (S[q + c] - l10 * a) * i1
+        g = (S[r + c] - l20 * a - l21 * b) * i2
         S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
         S[E + c] = a * y0 + b * y1 + g * y2
-    for r in range(15):
-        a, b, g = S[W + r], S[W + 16 + r], S[W + 32 + r]
+    for row in range(15):
+        a, b, g = S[W + row], S[W + 16 + row], S[W + 32 + row]
         for c in range(16):
-            S[16 * r + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
+            S[16 * row + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
     return y0 * y0 + y1 * y1 + y2 * y2
 
 
 @inlined
-def attitude_measurement(S, h0, h1, h2, nu, variance, tolerance):
-    """One scalar measurement nu = h·psi + noise: update P and estimate E. False, and nothing done, where nu is too large.
+def row_measurement(S, first, h0, h1, h2, nu, variance, tolerance):
+    """One scalar measurement nu = h·x[first:first + 3] + noise: update P and estimate E. False, and nothing done, where nu is too large.
 
-    Too large: beyond both `tolerance` (rad) and twice what the filter itself is unsure of, taken together as squares.
+    Too large: beyond both `tolerance` (in the unit of nu) and twice what the filter itself is unsure of, taken together as squares.
     """
+    p = 16 * first
     for c in range(16):
-        S[W + c] = h0 * S[c] + h1 * S[16 + c] + h2 * S[32 + c]
-    own = h0 * S[W] + h1 * S[W + 1] + h2 * S[W + 2]
+        S[W + c] = h0 * S[p + c] + h1 * S[p + 16 + c] + h2 * S[p + 32 + c]
+    own = h0 * S[W + first] + h1 * S[W + first + 1] + h2 * S[W + first + 2]
     if nu * nu > tolerance * tolerance + 4 * own:
         return False
     i = 1 / math.sqrt(own + variance)

@@ -7,10 +7,12 @@ import math
 
 from bematist.kernels import layout as at
 from bematist.kernels import stance
-from bematist.kernels.error_state import feed_back, write_block, zero_velocity
+from bematist.kernels.constraints import constrain
+from bematist.kernels.error_state import feed_back, vector_measurement, write_block
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BA, BG, ROW, Q, V, X
 from bematist.kernels.magnetic import magnetic_heading, set_attitude
+from bematist.kernels.pace import follow
 from bematist.kernels.strapdown import elapse, predict
 
 
@@ -19,7 +21,7 @@ def correct(S, prm, sd, reset, diag, k):
     """The updates of a sample in stance, states 2 and 3 of MAGINAV Table 2."""
     for i in range(3):
         diag[k, at.INNOVATION + i] = -S[V + i]
-    diag[k, at.NIS] = zero_velocity(S, sd * sd)
+    diag[k, at.NIS] = vector_measurement(S, 3, S[V], S[V + 1], S[V + 2], sd * sd)
     diag[k, at.ZV_SD] = sd
     diag[k, at.STATE] = 3.0 if reset else 2.0
     feed_back(S, not reset)
@@ -45,6 +47,11 @@ def navigate(S, prm, statistic, limit, sd, nav, diag, k):
         reset = predict(S, prm, dt, sd > 0, statistic <= prm[at.STILL_FRACTION] * limit, diag, k)
         if sd > 0:
             correct(S, prm, sd, reset, diag, k)
+        if prm[at.CONSTRAINED] > 0:
+            constrain(S, prm, dt, sd > 0, diag[k, at.BRIDGED] == at.BRIDGED_OVER, diag, k)
+        if prm[at.PACE_USE] > 0:
+            diag[k, at.PACE] = S[at.CLASS]
+            follow(S, prm)
     write(S, S[ROW], nav, diag, k)
 
 
@@ -97,7 +104,7 @@ def run(index, memory, S, prm, columns, flags, finish, T, nav, diag):
     last = known if finish else known - index[stance.LOOKAHEAD]
     for j in range(judged, last):
         statistic, limit, sd = stance.verdict(
-            index, memory, T, first, j, known, prm[at.THRESHOLD], prm[at.ZERO_VELOCITY_SD], prm[at.FLOOR], prm[at.RATIO]
+            index, memory, T, first, j, known, S[at.LIMIT_NOW], prm[at.ZERO_VELOCITY_SD], prm[at.FLOOR], prm[at.RATIO]
         )
         load(index, memory, columns, flags, start, j, S)
         navigate(S, prm, statistic, limit, sd, nav, diag, j - judged)

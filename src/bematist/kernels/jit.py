@@ -50,3 +50,8 @@ def _load_at_once(dispatcher: Any) -> None:
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that other kernels call: always inlined, so that constants and layout fold into the caller."""
     return njit(**_OPTIONS, forceinline=True)(function)
+
+
+def apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A compiled function that other kernels call where they seldom do: not inlined, so that a loop that never needs it stays small."""
+    return njit(**_OPTIONS)(function)

@@ -4,7 +4,12 @@
 P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
 TIME, STARTED, RATE, ROW = 464, 465, 466, 472
 INTEGRAL, FIELD_TIME = 483, 486  # of the attitude's propagation: Mahony's integral (3), time of the last magnetometer sample it took
-WORKSPACE_SIZE = 488
+# of `constraints`: s of quiet; the yaws of stances; the field that the next one is compared with
+QUIET_S, SWING_S, STANCE_S, YAW_FIRST, YAW_SUM, YAW_COUNT, YAW_LAST, YAW_BEFORE, STANCES, YAW_USED = range(488, 498)
+FIELD_AT, FIELD_BIAS, FIELD_S, FIELD_KNOWN = 498, 501, 504, 505
+# of `pace`: the threshold in force, the class, and the windows, whose rings follow after the workspace
+LIMIT_NOW, CLASS, PLACE, FILLED, SPEEDS, LARGEST = range(506, 512)
+WORKSPACE_SIZE = 512
 
 # parameters prm
 (
@@ -52,13 +57,42 @@ WORKSPACE_SIZE = 488
     NORTH_E,
     NORTH_N,
 ) = range(43)
-PARAMETERS = NORTH_N + 1
+(
+    ZARU_USE,
+    ZARU_RATE,
+    ZARU_AFTER_S,
+    ZARU_VARIANCE,
+    HDR_USE,
+    HDR_VARIANCE,
+    HDR_TOLERANCE,
+    HDR_AFTER_S,
+    HDR_LONGEST_S,
+    HDR_APART_S,
+    HDR_AXIS,
+    MARU_USE,
+    MARU_VARIANCE,
+    MARU_INTERVAL_S,
+    MARU_NORM_TOLERANCE,
+    MARU_GATE,
+    CONSTRAINED,
+    PACE_USE,
+    PACE_SAMPLES,
+    PACE_WALK,
+    PACE_RUN,
+    PACE_HYSTERESIS,
+    PACE_LIMIT,
+    _,
+    _,
+) = range(NORTH_N + 1, NORTH_N + 26)
+PARAMETERS = NORTH_N + 26
 
 COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 EXACT, FIRST_ORDER, FIRST_ORDER_MATRIX = 0.0, 1.0, 2.0
 LISTEN_OFF, LISTEN_GATED, LISTEN_ALL = 0.0, 1.0, 2.0
 
 MAGNETIC_OFF, MAGNETIC_RESET, MAGNETIC_HEADING = 0.0, 1.0, 2.0
+HDR_OFF, HDR_SAMPLE, HDR_STANCE = 0.0, 1.0, 2.0
+SLOW, WALKING, RUNNING = 0.0, 1.0, 2.0
 
 # columns of the result: t p v q, then packed covariances of position, velocity, attitude
 NAV = 29
@@ -88,8 +122,12 @@ NAV = 29
     ACCEL_BIAS_SD,
     _,
     _,
-) = range(24)
-DIAG = 24
+    ZARU_NIS,
+    HDR_INNOVATION,
+    MARU_NIS,
+    PACE,
+) = range(28)
+DIAG = 28
 
 # verdicts of the magnetic gates
 NO_SAMPLE, NORM_REFUSED, INCLINATION_REFUSED, INNOVATION_REFUSED, USED, PASSED, MOTION_REFUSED = range(7)

@@ -3,7 +3,7 @@
 import math
 
 from bematist.kernels import layout as at
-from bematist.kernels.error_state import attitude_measurement, feed_back, replace_attitude
+from bematist.kernels.error_state import feed_back, replace_attitude, row_measurement
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import BA, ROW, Q
 from bematist.kernels.rotation import matrix, multiply, normalise
@@ -106,7 +106,7 @@ def magnetic_heading(S, prm, m0, m1, m2):
     slope = prm[at.FIELD_U] / horizontal
     nu = math.atan2(he * n - hn * e, he * e + hn * n)
     variance = prm[at.HEADING_SD] * prm[at.HEADING_SD]
-    if attitude_measurement(S, -slope * he, -slope * hn, 1.0, nu, variance, prm[at.HEADING_TOLERANCE]):
+    if row_measurement(S, 0, -slope * he, -slope * hn, 1.0, nu, variance, prm[at.HEADING_TOLERANCE]):
         feed_back(S, True)
         return at.USED
     return at.INNOVATION_REFUSED

@@ -245,8 +245,9 @@ def _least(index, memory, T, first, j, known):
 def verdict(index, memory, T, first, j, known, threshold, zero_velocity_sd, floor, ratio):
     """Statistic, threshold and standard deviation of the zero velocity (0: swing) of sample j.
 
-    ABSOLUTE: MAGINAV eq 3, T < threshold. RELATIVE: T < ratio·m with m the least T within ±LOOKAHEAD samples, at least `floor`; the noise
-    follows the statistic, sd·(m/floor)^¼·T/m (at least a quarter of it), so that a rolling foot is believed less than a standing one.
+    ABSOLUTE: MAGINAV eq 3, T < threshold (which may follow the speed, `pace`). RELATIVE: T < ratio·m with m the least T within
+    ±LOOKAHEAD samples, at least `floor`; the noise follows the statistic, sd·(m/floor)^¼·T/m (at least a quarter of it), so that a rolling
+    foot is believed less than a standing one.
     """
     statistic = T[j - first]
     sd = 0.0

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.recording import Reference
+from bematist.report.constraints import hdr, maru, pace, zaru
 from bematist.report.explanations import bias, field_norm, inclination, innovation, nis, statistic
 from bematist.report.subject import AXES, Panel, Subject
 from bematist.report.traces import Trace, band, line
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list[Panel]:
     """All panels that have something to show. `reference` is in the frame of the first trajectory."""
-    builders = (speed, tilt, heading, uncertainty, statistic, innovation, nis, field_norm, inclination)
+    builders = (speed, tilt, heading, uncertainty, statistic, pace, innovation, nis, zaru, hdr, field_norm, inclination, maru)
     found = [height(drawn, reference), *(build(drawn) for build in builders)]
     found += [bias(drawn, quantity) for quantity in ("gyro_bias", "accel_bias")]
     return [panel for panel in found if panel.traces]

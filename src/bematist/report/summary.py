@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from bematist.report.subject import Subject
 from bematist.trajectory import Trajectory
 
@@ -48,6 +50,8 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ("Stance", _percent(100 * s["stance_fraction"]), f"of the time, in {number(stances, '', 0)} phases"),
         ("Processing", spent(s["processing_s"]), pace(trajectory)),
     ]
+    if (shares := paces(trajectory)) is not None:
+        found.insert(6, ("Pace", shares, "of the time: slow, walking, running"))
     if evaluation is not None:
         error = evaluation.to_dict()
         note = f"rms in plan, {number(evaluation.rows, '', 0)} {_matched(evaluation)}, alignment {evaluation.alignment}"
@@ -127,13 +131,22 @@ def warnings(drawn: Sequence[Subject]) -> str:
     return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
+def paces(trajectory: Trajectory) -> str | None:
+    """Shares of the time that was slow, walking and running; None where a method does not tell them apart."""
+    value = np.asarray(trajectory.diagnostics.get("pace", ()), float)
+    value = value[np.isfinite(value)]
+    return " / ".join(number(100 * float((value == k).mean()), "%", 0) for k in range(3)) if len(value) else None
+
+
 def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | None]) -> str:
     """The methods side by side, with their error where there is a reference."""
     head = ["Method", "Distance", "Closure", "of distance", "Height change", "1 σ at the end, plan", "Stance", "Phases", "Processing"]
     kinds = list(dict.fromkeys(str(e.alignment) for e in evaluations if e is not None))
+    shares = [paces(s.trajectory) for s in drawn]
+    head[-1:-1] = ["Slow / walking / running"] if any(shares) else []
     head[1:1] = [f"Error in plan, rms [{' / '.join(kinds)}]"] if kinds else []
     rows = []
-    for s, e in zip(drawn, evaluations, strict=True):
+    for s, e, share in zip(drawn, evaluations, shares, strict=True):
         t = s.trajectory
         m = t.summary()
         cells = [
@@ -145,6 +158,7 @@ def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | N
             plan_sd(t),
             _percent(100 * m["stance_fraction"]),
             number(len(t.stance_intervals()), "", 0),
+            *([share or DASH] if any(shares) else []),
             spent(m["processing_s"]),
         ]
         rows.append([_swatch(s), *map(escape, cells)])

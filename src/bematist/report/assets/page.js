@@ -117,15 +117,16 @@ const bematist = (() => {
 
   function timeLayout(panel) {
     const [from, to] = view;
+    const { yaxis, ...rest } = themed(panel.layout || {});
     const log = panel.log ? { type: "log", tickformat: "~g" } : {};
     // No automargin for y: the time axes of all plots must stand below one another.
     return layout({
       dragmode: coarse ? false : "zoom", hovermode: "x unified", hoverdistance: 40,
       xaxis: axis("time (s)", { range: [from, to], hoverformat: ".2f", unifiedhovertitle: { text: "%{x:.2f} s" }, zeroline: false, showspikes: false }),
-      yaxis: axis(panel.axis, { ...log, nticks: 6, zeroline: !panel.log, automargin: false }),
+      yaxis: axis(panel.axis, { ...log, nticks: 6, zeroline: !panel.log, automargin: false, ...yaxis }),
       yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true },
       showlegend: panel.traces.some((t) => t.showlegend) && panel.traces.filter((t) => t.showlegend).length > 1,
-      ...themed(panel.layout || {}),
+      ...rest,
     });
   }
 
