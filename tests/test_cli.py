@@ -455,11 +455,29 @@ def test_export(name: str, recording: Path, capsys: pytest.CaptureFixture[str]) 
 def test_simulate_track_evaluate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["simulate", "-o", "sim", "--scenario", "straight", "--set", "length_m=20", "--seed", "3"]) == 0
-    assert set(there("sim")) == {"recording.csv", "truth.csv"}
+    assert set(there("sim")) == {"recording.csv", "simulation.json", "truth.csv"}
     assert main(["track", "sim/recording.csv", "-o", "out", "--no-report", "-q"]) == 0
     capsys.readouterr()
     assert main(["evaluate", "out", "sim/truth.csv", "--align", "none", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["ate_rmse_3d_m"] < 1.0
+
+
+def test_simulate_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert (
+        main(["simulate", "straight", "-o", "sim", "--length", "15", "--gait", "run", "--rate", "100", "--set", "gyro_scale_sd=0.01"]) == 0
+    )
+    facts = json.loads(Path("sim/simulation.json").read_text())
+    assert facts["distance_m"] == pytest.approx(15)
+    assert facts["scenario"]["gaits"][0][1]["name"] == "run"
+    assert facts["sensor"]["rate_hz"] == 100
+    assert facts["errors"]["gyro_matrix"][0][0] != 1
+    assert main(["simulate", "still", "-o", "rest", "--duration", "20", "--sensor", "ideal"]) == 0
+    capsys.readouterr()
+    for wrong, says in ((["campus", "--duration", "9"], "--length"), (["straight", "--gait", "sprint"], "jog"), (["moon"], "campus")):
+        assert main(["simulate", *wrong, "-o", "not"]) == 2
+        assert says in capsys.readouterr().err
+    assert not Path("not").exists()
 
 
 def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

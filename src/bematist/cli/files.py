@@ -1,4 +1,4 @@
-"""`convert`, `export`, `simulate`, `demo`: files in and out."""
+"""`convert`, `export`, `demo`: files in and out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from bematist.cli.app import app
 from bematist.cli.console import output, warn
 from bematist.cli.options import Reading
 from bematist.errors import UsageError
-from bematist.outputs import results_folder
 
 EXPORTS = {".tum": "tum", ".txt": "tum", ".geojson": "geojson", ".json": "geojson", ".gpx": "gpx", ".csv": "csv"}
 EXPORTS |= {".parquet": "parquet"}
@@ -82,30 +81,6 @@ def _origin(text: str) -> tuple[float, ...]:
     if len(numbers) not in (2, 3) or not all(abs(n) <= most for n, most in zip(numbers, (90, 360, 1e5), strict=False)):
         raise UsageError(f"--origin {text}: write it as latitude,longitude[,height], such as 47.3769,8.5417,408.")
     return numbers
-
-
-@app.command()
-def simulate(
-    folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of recording.csv and truth.csv.", metavar="DIR")],
-    scenario: Annotated[str, typer.Option("--scenario", help="The walk.", metavar="NAME")] = "campus",
-    sensor: Annotated[str, typer.Option("--sensor", help="Its errors and rates.", metavar="NAME")] = "lsm9ds1",
-    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers.", min=0)] = 0,
-    sets: options.Set = None,
-    quiet: options.Quiet = False,
-) -> None:
-    """Simulate a walk: a shoe sensor's recording, and the exact truth."""
-    from bematist.simulate import simulate as make
-
-    changes = config.assignments(sets or [])
-    data = make(scenario, sensor, seed, **changes)
-    with results_folder(folder) as place:
-        from bematist.io import write_recording, write_reference
-
-        write_recording(data, place / "recording.csv")
-        assert data.reference is not None
-        write_reference(data.reference, place / "truth.csv")
-    if not quiet:
-        output().print(f"{len(data):,} samples in {folder / 'recording.csv'}, the truth in {folder / 'truth.csv'}", soft_wrap=True)
 
 
 @app.command()

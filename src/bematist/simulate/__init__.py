@@ -13,22 +13,28 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bematist.frames import conjugate, rotate
 from bematist.recording import Recording, Reference
+from bematist.simulate.disturbances import Dipole, Facade, FieldTurn, ParkedCars
 from bematist.simulate.field import field_at
 from bematist.simulate.footprints import walk
 from bematist.simulate.gaits import GAITS, Gait
 from bematist.simulate.motion import Motion
-from bematist.simulate.parameters import SENSORS, ParkedCars, Scenario, Sensor, resolve
+from bematist.simulate.parameters import SENSORS, Scenario, Sensor, resolve
 from bematist.simulate.scenarios import SCENARIOS
-from bematist.simulate.sensors import inertial_truth, measure, measure_field
+from bematist.simulate.sensors import Errors, drawn_errors, inertial_truth, jittered, measure, measure_field
 from bematist.trajectory import Trajectory
 
 __all__ = [
     "GAITS",
     "SCENARIOS",
     "SENSORS",
+    "Dipole",
+    "Errors",
+    "Facade",
+    "FieldTurn",
     "Gait",
     "Motion",
     "ParkedCars",
@@ -49,12 +55,16 @@ class Simulation:
     recording : what the sensor said; its reference is the truth at every sample.
     truth : the path as a `Trajectory` at the samples: position, velocity, attitude, stance, a covariance of zero, and
         the biases as diagnostics "gyro_bias" (N,3) rad/s and "accel_bias" (N,3) m/s².
+    errors : all that the sensor got wrong, but white noise, rounding and clipping.
+    field : (M,3) µT, the flux density in ENU where the magnetometer was at its samples.
     motion : the walk as a function of time, for the truth at any instant.
     scenario, sensor, seed : what it was made of.
     """
 
     recording: Recording
     truth: Trajectory
+    errors: Errors
+    field: NDArray[np.float64]
     motion: Motion
     scenario: Scenario
     sensor: Sensor
@@ -65,33 +75,33 @@ def simulate_walk(scenario: str | Scenario = "campus", sensor: str | Sensor = "l
     """Simulate a walk, and keep its truth. Arguments as for `simulate`."""
     what, device = resolve(scenario, sensor, changes)
     # One generator for each part: the same walk under another sensor, the same noise on another walk.
-    for_walk, for_field, for_inertial, for_magnetic = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(4))
+    for_walk, for_field, for_errors, for_noise, for_clock = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5))
     motion = walk(what, for_walk)
     time = np.arange(int(motion.duration_s * device.rate_hz) + 1) / device.rate_hz
-    f, w, errors = measure(*inertial_truth(motion, time, device), time, device, for_inertial)
+    errors = drawn_errors(device, time, for_errors)
+    f, w = measure(*inertial_truth(motion, time, device), errors, device, for_noise)
     magnetic = np.empty(0)
-    field = np.empty((0, 3))
+    field = said = np.empty((0, 3))
     if device.magnetometer_rate_hz:
         magnetic = np.arange(int(motion.duration_s * device.magnetometer_rate_hz) + 1) / device.magnetometer_rate_hz
         state = motion.at(magnetic)
-        field = rotate(conjugate(state.attitude), field_at(motion, state.position, for_field))
-        field = measure_field(field, device, for_magnetic)
-    truth = _truth(motion, time, errors.gyro_bias, errors.accel_bias)
-    source = f"simulated walk {what.name or 'of its own'}, sensor {device.name or 'of its own'}, seed {seed}"
+        field = field_at(motion, state.position, motion.travelled(magnetic), for_field)
+        said = measure_field(rotate(conjugate(state.attitude), field), errors, device, for_noise)
+    truth = _truth(motion, time, errors)
     recording = Recording(
-        time=time,
+        time=jittered(time, device, for_clock),
         specific_force=f,
         angular_rate=w,
         magnetic_time=magnetic,
-        magnetic_flux_density=field,
+        magnetic_flux_density=said,
         reference=Reference(time=time, position=truth.position, attitude=truth.attitude, note="exact truth of the simulation, ENU"),
-        source=source,
+        source=f"simulated walk {what.name or 'of its own'}, sensor {device.name or 'of its own'}, seed {seed}",
         notes=(f"a sample is the {'mean over the interval that ends at' if device.sampling == 'average' else 'value at'} its time",),
     )
-    return Simulation(recording=recording, truth=truth, motion=motion, scenario=what, sensor=device, seed=seed)
+    return Simulation(recording=recording, truth=truth, errors=errors, field=field, motion=motion, scenario=what, sensor=device, seed=seed)
 
 
-def _truth(motion: Motion, time: Any, gyro_bias: Any, accel_bias: Any) -> Trajectory:
+def _truth(motion: Motion, time: NDArray[np.float64], errors: Errors) -> Trajectory:
     state = motion.at(time)
     return Trajectory(
         time=time,
@@ -99,8 +109,8 @@ def _truth(motion: Motion, time: Any, gyro_bias: Any, accel_bias: Any) -> Trajec
         velocity=state.velocity,
         attitude=state.attitude,
         stance=motion.standing(time).astype(np.uint8),
-        packed_covariance=np.zeros((len(time), 18)),
-        diagnostics={"gyro_bias": gyro_bias, "accel_bias": accel_bias},
+        packed_covariance=np.broadcast_to(0.0, (len(time), 18)),
+        diagnostics={"gyro_bias": errors.gyro_bias, "accel_bias": errors.accel_bias},
         method="truth",
     )
 
@@ -110,10 +120,11 @@ def simulate(scenario: str | Scenario = "campus", sensor: str | Sensor = "lsm9ds
 
     Parameters
     ----------
-    scenario : a name of `SCENARIOS` (campus, short, straight) or a `Scenario`.
-    sensor : a name of `SENSORS` (lsm9ds1, ideal) or a `Sensor`.
+    scenario : a name of `SCENARIOS` (campus, short, straight, still, stairs, …) or a `Scenario`.
+    sensor : a name of `SENSORS` (lsm9ds1, adis16488, ideal) or a `Sensor`.
     seed : of the random numbers; the same seed makes the same recording.
-    changes : fields of scenario or sensor to change, such as `length_m=400`, `rate_hz=1000`, `parked_cars=()`.
+    changes : fields of scenario, sensor or gait to change, such as `length_m=400`, `rate_hz=1000`, `disturbed=False`, `rocking_deg=3`;
+        `gait="run"` is one gait for the whole way.
 
     Returns
     -------

@@ -25,8 +25,8 @@ class Dipole(Parameters):
 
     at_m: float = Field(description="Where it is, m along the path.", ge=0)
     left_m: float = Field(default=0.0, description="How far left of the path, m.")
-    height_m: float = Field(default=-0.15, description="Height of its middle above the path, m. Nearer disturbs more (cube).")
-    moment: float = Field(default=20.0, description="Root mean square magnetic moment, A·m², in a direction that is drawn.", ge=0)
+    height_m: float = Field(default=-0.3, description="Height of its middle above the path, m. Nearer disturbs more (cube).")
+    moment: float = Field(default=10.0, description="Root mean square magnetic moment, A·m², in a direction that is drawn.", ge=0)
 
 
 class Facade(Parameters):
@@ -37,8 +37,8 @@ class Facade(Parameters):
     away_m: float = Field(default=3.0, description="How far left of the path, m; negative is right. Nearer disturbs more.")
     spacing_m: float = Field(default=3.0, description="Distance between pillars, m.", gt=0)
     height_m: float = Field(default=1.5, description="Height of their middle above the path, m.")
-    induced: float = Field(default=300.0, description="Moment of a pillar along the Earth's field, A·m².", ge=0)
-    remanent: float = Field(default=150.0, description="Root mean square moment of a pillar in a direction that is drawn, A·m².", ge=0)
+    induced: float = Field(default=400.0, description="Moment of a pillar along the Earth's field, A·m².", ge=0)
+    remanent: float = Field(default=250.0, description="Root mean square moment of a pillar in a direction that is drawn, A·m².", ge=0)
 
 
 class FieldTurn(Parameters):

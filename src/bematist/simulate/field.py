@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.frames import quaternion_from_rotation_vector, rotate
 from bematist.simulate.motion import Motion
 from bematist.simulate.parameters import Scenario
 
@@ -30,33 +33,63 @@ def dipole_field(position: Array, place: Array, moment: Array) -> Array:
     return 0.1 * (3 * (r @ moment / square)[:, None] * r - moment) / square[:, None] ** 1.5
 
 
-def parked_cars(motion: Motion, rng: np.random.Generator) -> list[list[tuple[Array, Array]]]:
-    """Places (3,) and moments (3,) of the cars along the walk, lot by lot."""
-    along = np.concatenate([[0.0], np.linalg.norm(np.diff(motion.footprint, axis=0), axis=1).cumsum()])
-    lots = []
-    for lot in motion.scenario.parked_cars:
-        cars = []
-        for s in np.arange(lot.from_m, min(lot.to_m, along[-1]), lot.spacing_m):
-            centre = np.array([np.interp(s, along, axis) for axis in motion.footprint.T])
-            yaw = np.interp(s, along, motion.yaw)
-            left = np.array([-np.sin(yaw), np.cos(yaw), 0.0]) * lot.away_m
-            for side in (left, -left):
-                moment = lot.moment / np.sqrt(3) * rng.standard_normal(3)
-                cars.append((centre + side + [0.0, 0.0, lot.height_m], moment))
-        lots.append(cars)
-    return lots
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """Iron that stands together: places (S,3), m, and moments (S,3), A·m²."""
+
+    place: Array
+    moment: Array
 
 
-def field_at(motion: Motion, position: Array, rng: np.random.Generator) -> Array:
-    """Flux density in ENU (K,3), µT, at positions (K,3), m, of the walk."""
-    field = np.tile(earth_field(motion.scenario), (len(position), 1))
-    for cars in parked_cars(motion, rng):
-        places = np.array([place for place, _ in cars]).reshape(-1, 3)
-        if not len(places):
-            continue
-        around = (position > places.min(0) - REACH_M) & (position < places.max(0) + REACH_M)
+def sources(motion: Motion, rng: np.random.Generator) -> list[Sources]:
+    """What stands along the walk, in groups: parked cars, facades, dipoles."""
+    scenario, end = motion.scenario, motion.along[-1]
+    earth = earth_field(scenario)
+    north = earth / max(np.linalg.norm(earth), 1e-12)
+    found = []
+    for lot in scenario.parked_cars:
+        along = np.arange(lot.from_m, min(lot.to_m, end), lot.spacing_m)
+        # A row on each side of the path.
+        places = np.concatenate([_beside(motion, along, side * lot.away_m, lot.height_m) for side in (1, -1)])
+        found.append(Sources(places, _drawn(lot.moment, len(places), rng)))
+    for wall in scenario.facades:
+        along = np.arange(wall.from_m, min(wall.to_m, end), wall.spacing_m)
+        moments = wall.induced * north + _drawn(wall.remanent, len(along), rng)
+        found.append(Sources(_beside(motion, along, wall.away_m, wall.height_m), moments))
+    for iron in scenario.dipoles:
+        along = np.array([iron.at_m] if iron.at_m <= end else [])
+        found.append(Sources(_beside(motion, along, iron.left_m, iron.height_m), _drawn(iron.moment, len(along), rng)))
+    return [group for group in found if len(group.place)]
+
+
+def _drawn(rms: float, n: int, rng: np.random.Generator) -> Array:
+    return rms / np.sqrt(3) * rng.standard_normal((n, 3))
+
+
+def _beside(motion: Motion, along: Array, left_m: float, height_m: float) -> Array:
+    # Places (K,3) left of the path, and above the ground, at the distances (K,) along it.
+    place = np.column_stack([np.interp(along, motion.along, axis) for axis in motion.footprint.T])
+    yaw = np.interp(along, motion.along, motion.yaw)
+    return place + np.column_stack([-left_m * np.sin(yaw), left_m * np.cos(yaw), np.full(len(along), height_m)])
+
+
+def field_at(motion: Motion, position: Array, travelled: Array, rng: np.random.Generator) -> Array:
+    """Flux density in ENU (K,3), µT, at positions (K,3), m, of the walk, (K,) m along it."""
+    scenario = motion.scenario
+    field = np.tile(earth_field(scenario), (len(position), 1))
+    if not scenario.disturbed:
+        return field
+    for group in sources(motion, rng):
+        around = (position > group.place.min(0) - REACH_M) & (position < group.place.max(0) + REACH_M)
         rows = np.flatnonzero(around.all(1))
-        for place, moment in cars:
+        for place, moment in zip(group.place, group.moment, strict=True):
             near = rows[(np.abs(position[rows] - place) < REACH_M).all(1)]
             field[near] += dipole_field(position[near], place, moment)
+    for turn in scenario.field_turns:
+        # From 0 to 1 over the ramp, and back, with two continuous derivatives: 6u⁵ − 15u⁴ + 10u³.
+        u = np.clip(np.minimum(travelled - turn.from_m, turn.to_m - travelled) / turn.ramp_m, 0.0, 1.0)
+        rows = np.flatnonzero(u)
+        angle = np.radians(turn.angle_deg) * u[rows] ** 3 * (10 - 15 * u[rows] + 6 * u[rows] ** 2)
+        axis = np.eye(3)[("east", "north", "up").index(turn.axis)]
+        field[rows] = rotate(quaternion_from_rotation_vector(angle[:, None] * axis), field[rows])
     return field

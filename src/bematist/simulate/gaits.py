@@ -28,7 +28,7 @@ class Gait(Parameters):
     sway_m: float = Field(default=0.01, description="Standard deviation of the sideways excursion in swing, m.", ge=0)
     clearance_m: float = Field(default=0.06, description="Largest height of the sensor in swing, m.", ge=0)
     impact_m: float = Field(
-        default=4e-4, description="Size of the jolt at heel strike, m; 0.001 is a peak of about 50 m/s². More strains range and rate.", ge=0
+        default=1e-3, description="Size of the jolt at heel strike, m; 0.001 is a peak of about 20 m/s². More strains range and rate.", ge=0
     )
     rocking_deg: float = Field(
         default=0.0, description="How far the standing foot rocks about its toes and back, degrees; 0 is exactly still."
@@ -36,16 +36,16 @@ class Gait(Parameters):
 
 
 GAITS: dict[str, Gait] = {
-    "slow": Gait(name="slow", stride_m=0.9, swing_s=1.05, stance_s=0.5, pitch=0.8, clearance_m=0.05, impact_m=2e-4),
+    "slow": Gait(name="slow", stride_m=0.9, swing_s=1.05, stance_s=0.5, pitch=0.8, clearance_m=0.05, impact_m=5e-4),
     "walk": Gait(name="walk"),
-    "brisk": Gait(name="brisk", stride_m=1.6, swing_s=0.75, stance_s=0.24, impact_m=6e-4),
+    "brisk": Gait(name="brisk", stride_m=1.6, swing_s=0.75, stance_s=0.24, impact_m=1.4e-3),
     "jog": Gait(
-        name="jog", shape="run", stride_m=1.6, swing_s=0.62, stance_s=0.15, clearance_m=0.11, impact_m=1e-3, rocking_deg=3.0, sway_m=0.02
+        name="jog", shape="run", stride_m=1.6, swing_s=0.62, stance_s=0.15, clearance_m=0.11, impact_m=1.8e-3, rocking_deg=3.0, sway_m=0.02
     ),
     "run": Gait(
-        name="run", shape="run", stride_m=2.2, swing_s=0.57, stance_s=0.14, clearance_m=0.13, impact_m=1.2e-3, rocking_deg=4.0, sway_m=0.02
+        name="run", shape="run", stride_m=2.2, swing_s=0.57, stance_s=0.14, clearance_m=0.13, impact_m=2.4e-3, rocking_deg=4.0, sway_m=0.02
     ),
-    "stairs": Gait(name="stairs", stride_m=0.58, swing_s=0.75, stance_s=0.45, pitch=0.4, roll_deg=4.0, impact_m=3e-4),
+    "stairs": Gait(name="stairs", stride_m=0.58, swing_s=0.7, stance_s=0.45, pitch=0.6, roll_deg=4.0, clearance_m=0.1, impact_m=7e-4),
 }
 """Gaits by name."""
 

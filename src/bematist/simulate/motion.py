@@ -17,6 +17,9 @@ from bematist.simulate.shape import Array, evaluated, shape_of
 _BLOCK = 16384
 """Samples at once: what is worked on stays in the processor's cache, and a long recording needs no more memory than it holds."""
 
+_JOLT_PITCH = 5.0
+"""Pitch of the foot in the jolt of a heel strike, rad/m: it turns about a point 0.2 m away."""
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -183,6 +186,8 @@ class Motion:
         for axis, (value, first, _), largest in ((0, bump, s.roll[k]), (1, pitch, s.pitch[k]), (2, turning, turn)):
             m.angle[i, axis] += largest * value
             m.rate[i, axis] = largest * first
+        m.angle[i[hit], 1] += _JOLT_PITCH * size * back[0]
+        m.rate[i[hit], 1] += _JOLT_PITCH * size * back[1]
 
     def _rock(self, i: NDArray[np.int64], t: Array, k: NDArray[np.int64], size: Array, m: _Instants) -> None:
         # The foot pitches by b about its toes, and back; the sensor, a lever away, goes with it.

@@ -54,9 +54,9 @@ SCENARIOS: dict[str, Scenario] = {
         pauses=((310.0, 12.0), (345.0, 8.0)),
         parked_cars=(ParkedCars(from_m=430.0, to_m=520.0), ParkedCars(from_m=900.0, to_m=950.0)),
         facades=(
-            Facade(from_m=200.0, to_m=240.0, away_m=-4.0),
-            Facade(from_m=620.0, to_m=690.0, away_m=3.5),
-            Facade(from_m=1040.0, to_m=1090.0, away_m=-3.0),
+            Facade(from_m=200.0, to_m=240.0, away_m=-2.5),
+            Facade(from_m=620.0, to_m=690.0, away_m=2.5),
+            Facade(from_m=1040.0, to_m=1090.0, away_m=-2.0),
         ),
         dipoles=(Dipole(at_m=150.0), Dipole(at_m=395.0, left_m=0.3), Dipole(at_m=760.0), Dipole(at_m=1180.0, left_m=-0.4)),
         field_turns=(FieldTurn(from_m=560.0, to_m=600.0), FieldTurn(from_m=980.0, to_m=1020.0, angle_deg=-20.0, axis="east")),

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.simulate.motion import Motion
-from bematist.simulate.parameters import Sensor
+from bematist.simulate.parameters import Matrix, Sensor
 
 Array = NDArray[np.float64]
 
 _FLICKER_S = (3.0, 30.0, 300.0, 3000.0)
+_BLOCK = 65536
 
 
 def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, Array]:
@@ -38,53 +39,105 @@ def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, 
     return specific_force, angular_rate
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Errors:
-    """What the sensor got wrong apart from white noise, for the tests of an estimator: biases (N,3) at each sample,
-    SI.
+    """What the sensor got wrong apart from white noise, rounding and clipping, for the tests of an estimator or of a calibration.
+
+    measured = matrix · true + bias + noise; the gyroscope's has g_sensitivity · (true specific force) as well.
+
+    Attributes
+    ----------
+    accel_bias : (N,3) m/s² at each inertial sample.
+    gyro_bias : (N,3) rad/s at each inertial sample.
+    magnetic_bias : (3,) µT, hard iron.
+    accel_matrix, gyro_matrix, magnetic_matrix : (3,3) scale factors and misalignment; the magnetometer's holds soft iron.
+    gyro_g_sensitivity : (3,3) rad/s per m/s².
     """
 
     accel_bias: Array
     gyro_bias: Array
+    magnetic_bias: Array
+    accel_matrix: Array
+    gyro_matrix: Array
+    magnetic_matrix: Array
+    gyro_g_sensitivity: Array
 
 
-def flicker(instability: float, time: Array, rng: np.random.Generator) -> Array:
-    """Flicker noise (N,3) whose Allan deviation is nearly flat at 0.664 `instability` from 3 s to an hour.
-
-    A sum of first-order Gauss–Markov processes a decade apart in correlation time, each with the variance B² ln(10)/π,
-    which together have the (one-sided) spectrum B²/(πf). Drawn once a second and interpolated.
-    """
-    if not instability:
-        return np.zeros((len(time), 3))
-    seconds = np.arange(np.ceil(time[-1]) + 2)
-    keep = np.exp(-1 / np.array(_FLICKER_S))[:, None]
-    sd = instability * np.sqrt(np.log(10) / np.pi)
-    drive = rng.standard_normal((len(seconds), len(_FLICKER_S), 3)) * sd * np.sqrt(1 - keep**2)
-    state, values = rng.standard_normal((len(_FLICKER_S), 3)) * sd, np.empty((len(seconds), 3))
-    for k, step in enumerate(drive):
-        values[k] = state.sum(0)
-        state = keep * state + step
-    return np.column_stack([np.interp(time, seconds, axis) for axis in values.T])
-
-
-def measure(f: Array, w: Array, time: Array, sensor: Sensor, rng: np.random.Generator) -> tuple[Array, Array, Errors]:
-    """Specific force and angular rate (N,3) with the errors of the sensor, and those errors."""
-    bias_f = sensor.accel_bias_sd * rng.standard_normal(3) + flicker(sensor.accel_bias_instability, time, rng)
-    bias_w = sensor.gyro_bias_sd * rng.standard_normal(3) + flicker(sensor.gyro_bias_instability, time, rng)
-    root = np.sqrt(sensor.rate_hz)
-    f = f + bias_f + sensor.velocity_random_walk * root * rng.standard_normal(f.shape)
-    w = w + bias_w + sensor.angle_random_walk * root * rng.standard_normal(w.shape)
-    return (
-        _digitised(f, sensor.accel_lsb, sensor.accel_range),
-        _digitised(w, sensor.gyro_lsb, sensor.gyro_range),
-        Errors(bias_f, bias_w),
+def drawn_errors(sensor: Sensor, time: Array, rng: np.random.Generator) -> Errors:
+    """The errors of this one sensor, at the inertial times (N,)."""
+    s = sensor
+    constant = {
+        "magnetic_bias": s.magnetic_bias + s.magnetic_bias_sd * rng.standard_normal(3),
+        "accel_matrix": _matrix(s.accel_errors, s.accel_scale_sd, s.accel_misalignment_sd, rng),
+        "gyro_matrix": _matrix(s.gyro_errors, s.gyro_scale_sd, s.gyro_misalignment_sd, rng),
+        "magnetic_matrix": _matrix(s.soft_iron, s.magnetic_scale_sd, s.magnetic_misalignment_sd, rng),
+        "gyro_g_sensitivity": s.gyro_g_sensitivity_sd * rng.standard_normal((3, 3)),
+    }
+    accel, gyro = s.accel_bias + s.accel_bias_sd * rng.standard_normal(3), s.gyro_bias + s.gyro_bias_sd * rng.standard_normal(3)
+    return Errors(
+        accel_bias=_wandering(accel, s.accel_bias_instability, s.accel_rate_random_walk, time, rng),
+        gyro_bias=_wandering(gyro, s.gyro_bias_instability, s.gyro_rate_random_walk, time, rng),
+        **constant,
     )
 
 
-def measure_field(m: Array, sensor: Sensor, rng: np.random.Generator) -> Array:
-    """Flux density (M,3) in body axes, µT, with the errors of the sensor."""
+def _matrix(errors: Matrix, scale_sd: float, misalignment_sd: float, rng: np.random.Generator) -> Array:
+    sd = np.where(np.eye(3, dtype=bool), scale_sd, misalignment_sd)
+    return np.eye(3) + np.array(errors) + sd * rng.standard_normal((3, 3))
+
+
+def _wandering(bias: Array, instability: float, walk: float, time: Array, rng: np.random.Generator) -> Array:
+    # The bias at the times (N,3): flicker and random walk drawn once a second, between seconds a straight line.
+    seconds = np.arange(np.ceil(time[-1]) + 2)
+    values = bias + flicker(instability, len(seconds), rng)
+    values[1:] += walk * rng.standard_normal((len(seconds) - 1, 3)).cumsum(0)
+    if not instability and not walk:
+        return np.broadcast_to(bias, (len(time), 3))
+    return np.column_stack([np.interp(time, seconds, axis) for axis in values.T])
+
+
+def flicker(instability: float, seconds: int, rng: np.random.Generator) -> Array:
+    """Flicker noise (seconds,3), once a second, whose Allan deviation is nearly flat at 0.664 `instability` from 3 s to an hour.
+
+    A sum of first-order Gauss–Markov processes a decade apart in correlation time, each with the variance B² ln(10)/π,
+    which together have the (one-sided) spectrum B²/(πf).
+    """
+    keep = np.exp(-1 / np.array(_FLICKER_S))[:, None]
+    sd = instability * np.sqrt(np.log(10) / np.pi)
+    drive = rng.standard_normal((seconds, len(_FLICKER_S), 3)) * sd * np.sqrt(1 - keep**2)
+    state, values = rng.standard_normal((len(_FLICKER_S), 3)) * sd, np.empty((seconds, 3))
+    for k, step in enumerate(drive):
+        values[k] = state.sum(0)
+        state = keep * state + step
+    return values
+
+
+def measure(f: Array, w: Array, errors: Errors, sensor: Sensor, rng: np.random.Generator) -> tuple[Array, Array]:
+    """What the sensor says (N,3), (N,3) of specific force and angular rate."""
+    root = np.sqrt(sensor.rate_hz)
+    said_f, said_w = np.empty_like(f), np.empty_like(w)
+    for start in range(0, len(f), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        noise = rng.standard_normal((len(f[rows]), 6)) * root
+        exact = f[rows] @ errors.accel_matrix.T + errors.accel_bias[rows]
+        said_f[rows] = _digitised(exact + sensor.velocity_random_walk * noise[:, :3], sensor.accel_lsb, sensor.accel_range)
+        exact = w[rows] @ errors.gyro_matrix.T + f[rows] @ errors.gyro_g_sensitivity.T + errors.gyro_bias[rows]
+        said_w[rows] = _digitised(exact + sensor.angle_random_walk * noise[:, 3:], sensor.gyro_lsb, sensor.gyro_range)
+    return said_f, said_w
+
+
+def measure_field(m: Array, errors: Errors, sensor: Sensor, rng: np.random.Generator) -> Array:
+    """What the sensor says (M,3) of the flux density in its own axes, µT."""
     noise = sensor.magnetic_noise_density * np.sqrt(sensor.magnetometer_rate_hz) * rng.standard_normal(m.shape)
-    return _digitised(m + sensor.magnetic_bias + noise, sensor.magnetic_lsb, sensor.magnetic_range)
+    return _digitised(m @ errors.magnetic_matrix.T + errors.magnetic_bias + noise, sensor.magnetic_lsb, sensor.magnetic_range)
+
+
+def jittered(time: Array, sensor: Sensor, rng: np.random.Generator) -> Array:
+    """Time stamps (N,), s, of samples that were taken at the times (N,): still in order, off by less than half a step."""
+    if not sensor.jitter_s:
+        return time
+    off = sensor.jitter_s * rng.standard_normal(len(time))
+    return time + np.clip(off, -0.45 / sensor.rate_hz, 0.45 / sensor.rate_hz)
 
 
 def _digitised(values: Array, lsb: float, largest: float) -> Array:

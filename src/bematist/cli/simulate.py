@@ -1,0 +1,82 @@
+"""`simulate`: a walk that nobody walked, as a recording, with its exact truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bematist import config
+from bematist.cli import options
+from bematist.cli.app import app
+from bematist.cli.console import output, progress
+from bematist.errors import UsageError
+from bematist.outputs import results_folder, to_json
+
+if TYPE_CHECKING:
+    from bematist.simulate import Simulation
+
+
+@app.command()
+def simulate(
+    folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of recording.csv, truth.csv and simulation.json.", metavar="DIR")],
+    name: Annotated[str | None, typer.Argument(help="The walk, such as campus, laps or still.", metavar="[SCENARIO]")] = None,
+    scenario: Annotated[str, typer.Option("--scenario", help="The walk, in another way.", metavar="NAME")] = "campus",
+    sensor: Annotated[str, typer.Option("--sensor", help="Its errors and rates.", metavar="NAME")] = "lsm9ds1",
+    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers.", min=0)] = 0,
+    length: Annotated[float | None, typer.Option("--length", help="Length of the path, m.", metavar="M")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Duration of a rest (still), s.", metavar="S")] = None,
+    gait: Annotated[str | None, typer.Option("--gait", help="One gait for the whole way, such as run.", metavar="NAME")] = None,
+    rate: Annotated[float | None, typer.Option("--rate", help="Rate of accelerometer and gyroscope, Hz.", metavar="HZ")] = None,
+    undisturbed: Annotated[bool, typer.Option("--undisturbed", help="Leave the Earth's magnetic field alone.")] = False,
+    sets: options.Set = None,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate a walk: a shoe sensor's recording, and the exact truth."""
+    from bematist.simulate import SCENARIOS, simulate_walk
+
+    walk = name or scenario
+    given = {"length_m": length, "rest_s": duration, "gait": gait, "rate_hz": rate, "disturbed": False if undisturbed else None}
+    changes = {k: v for k, v in given.items() if v is not None} | config.assignments(sets or [])
+    if duration is not None and walk in SCENARIOS and len(SCENARIOS[walk].waypoints) > 1:
+        raise UsageError(f'--duration is for a rest such as "still"; a walk ends when "{walk}" is walked. Use --length, or --gait.')
+    with results_folder(folder) as place:
+        with progress("simulating", quiet=quiet):
+            made = simulate_walk(walk, sensor, seed, **changes)
+        with progress("writing", quiet=quiet):
+            _write(made, place)
+    if not quiet:
+        text = f"{len(made.recording):,} samples in {folder / 'recording.csv'}, the truth in {folder / 'truth.csv'}"
+        output().print(text, soft_wrap=True)
+
+
+def _write(made: Simulation, place: Path) -> None:
+    from bematist.io import write_recording, write_reference
+
+    write_recording(made.recording, place / "recording.csv")
+    assert made.recording.reference is not None
+    write_reference(made.recording.reference, place / "truth.csv")
+    (place / "simulation.json").write_text(to_json(_facts(made)), "utf-8")
+
+
+def _facts(made: Simulation) -> dict[str, Any]:
+    e = made.errors
+    return {
+        "duration_s": made.motion.duration_s,
+        "distance_m": float(made.motion.along[-1]),
+        "strides": len(made.motion.along) - 1,
+        "seed": made.seed,
+        "errors": {
+            "note": "measured = matrix · true + bias + noise, SI and µT; the biases of accelerometer and gyroscope are those at the start",
+            "accel_bias": e.accel_bias[0],
+            "gyro_bias": e.gyro_bias[0],
+            "magnetic_bias": e.magnetic_bias,
+            "accel_matrix": e.accel_matrix,
+            "gyro_matrix": e.gyro_matrix,
+            "magnetic_matrix": e.magnetic_matrix,
+            "gyro_g_sensitivity": e.gyro_g_sensitivity,
+        },
+        "scenario": made.scenario.model_dump(),
+        "sensor": made.sensor.model_dump(),
+    }
