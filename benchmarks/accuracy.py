@@ -128,7 +128,7 @@ def campus() -> tuple[list[str], dict[str, tuple[float, ...]]]:
     lines = [
         f"## Simulated: 1.3 km around a campus in 20 minutes, {SEEDS} seeds",
         "",
-        "`bematist simulate --scenario campus`: a closed walk past two rows of parked cars with the noise of MAGINAV's sensor "
+        "`bematist simulate campus`: a closed walk past parked cars, facades and manholes with the noise of MAGINAV's sensor "
         "(LSM9DS1, Table 3 with its errata). The truth is exact; only the start is aligned. Median, and in brackets the 90 % quantile, "
         "over the seeds. NEES is of the position; a filter that knows how sure it is has 3.",
         "",

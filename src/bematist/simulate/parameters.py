@@ -133,8 +133,9 @@ SENSORS: dict[str, Sensor] = {
         magnetic_lsb=0.014,
     ),
     # MAGYQ Tables 1 and 2, means over the axes; what is read there as an Allan deviation's floor is 0.664 of the instability. Table 2 is in
-    # degrees, not rad, and its random walk per √h (errata). Rate as in the paper's experiment. Ranges, quanta, turn-on biases,
-    # misalignments and the effect of acceleration from Analog Devices' data sheet ADIS16488; magnetometer noise 0.054 mG/√Hz, one-sided.
+    # degrees, not rad, and its random walk per √h (errata). Rate as in the paper's experiment. Ranges, quanta
+    # and the orthogonality of the gyroscope from Analog Devices' data sheet ADIS16488A and the driver in Linux. Turn-on biases, the other
+    # misalignments, the effect of acceleration and the magnetometer's 0.054 mG/√Hz (one-sided) are typical, not checked against the sheet.
     "adis16488": Sensor(
         name="adis16488",
         rate_hz=100.0,
