@@ -314,10 +314,10 @@ def test_uncalibrated_alone_has_its_bias_taken_off(tmp_path):
 def test_lines_that_ran_together_are_parted(tmp_path):
     lines = indoor_lines()
     path = indoor(tmp_path)
-    path.write_text(INDOOR_HEAD + "\n".join(lines[:100]) + "".join(lines[100:102]) + "\n" + "\n".join(lines[102:]) + "\n")
+    path.write_text(INDOOR_HEAD + "\n".join(lines[:100]) + "\n" + "".join(lines[100:103]) + "\n" + "\n".join(lines[103:]) + "\n")
     r = read(path)
     np.testing.assert_allclose(r.specific_force, rows()[:, 1:4], rtol=1e-7)
-    assert any("1 that ran together" in n or "2 that ran together" in n for n in r.notes)
+    assert any("1 in which several had run together" in n for n in r.notes)
 
 
 def test_text_folder(tmp_path):
@@ -357,3 +357,11 @@ def test_indoor_location_of_the_data_set(shared_data):
         r = read(path)
         assert r.reference is not None and len(r.reference.time) in (8, 9) and r.reference.time[-1] < r.time[-1] + 1
         assert r.rate_hz == pytest.approx(50, rel=0.02) and not r.warnings
+
+
+def test_a_method_for_the_shoe_warns_of_a_phone(tmp_path):
+    from bematist import FootIns
+
+    r = read(indoor(tmp_path))
+    assert any("phone" in w for w in FootIns().run(r).warnings)
+    assert not any("phone" in w for w in FootIns().run(r.replace(phone=False)).warnings)

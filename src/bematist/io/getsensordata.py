@@ -31,7 +31,7 @@ def sniff(head: Head) -> bool:
 
 def read(head: Head) -> Raw:
     wanted = dict.fromkeys(("ACCE", "GYRO", "MAGN"), (1, 2, 3, 4, 5)) | {"PRES": (1, 2, 3), "POSI": (1, 3, 4), "GNSS": (1, 3, 4, 5, 7)}
-    found = read_tagged(head.text(), ";", 0, wanted, "%")
+    found = read_tagged(head.text().splitlines(), ";", 0, wanted, "%")
     raw = Raw(source=str(head.path), streams={}, stated={**STATED, "time": "s"}, unit_source="as GetSensorData writes them", phone=True)
     raw.warnings += found.warnings()
     if device := " ".join(m[1].strip() for line in head.lines if (m := DEVICE.match(line))):

@@ -26,7 +26,7 @@ PRESSURE, WAYPOINT = "TYPE_PRESSURE", "TYPE_WAYPOINT"
 VECTOR, BIASED = (0, 2, 3, 4), (0, 2, 3, 4, 5, 6, 7)
 DEVICE = re.compile(r"(Brand|Model):([^\t\n]+)")
 RUN_TOGETHER = re.compile(r"(?<=\d)(\d{13}\tTYPE_)")
-"""A line that began before the one before it was ended."""
+"""A line that begins before the one before it was ended."""
 FLOOR = re.compile(r"FloorName:([^\t\n]+)")
 
 
@@ -38,12 +38,15 @@ def read(head: Head) -> Raw:
     wanted = {PRESSURE: (0, 2), WAYPOINT: (0, 2, 3)}
     for tag in TAGS.values():
         wanted |= {tag: VECTOR, f"{tag}_UNCALIBRATED": BIASED}
-    text, parted = RUN_TOGETHER.subn(r"\n\1", head.text())
-    found = read_tagged(text, "\t", 1, wanted, "#")
+    lines = head.text().splitlines()
+    together = [i for i, line in enumerate(lines) if line.count("\tTYPE_") > 1]
+    for i in reversed(together):
+        lines[i : i + 1] = RUN_TOGETHER.sub(r"\n\1", lines[i]).split("\n")
+    found = read_tagged(lines, "\t", 1, wanted, "#")
     raw = Raw(source=str(head.path), streams={}, stated={**STATED, "time": "ms"}, unit_source="as Android gives them", phone=True)
     raw.warnings += found.warnings()
-    if parted:
-        raw.notes.append(f"Lines: {parted} that ran together were parted")
+    if together:
+        raw.notes.append(f"Lines: {len(together)} in which several had run together were parted")
     for quantity, tag in TAGS.items():
         choose(raw, quantity, found.rows.get(tag), found.rows.get(f"{tag}_UNCALIBRATED"))
     if (p := found.rows.get(PRESSURE)) is not None:
