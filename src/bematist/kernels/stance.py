@@ -182,11 +182,18 @@ def keep(index, memory, columns, flags):
         for c in range(10):
             memory[r + c] = columns[c, k]
         memory[r + 10] = MEASURED if flags.shape[0] == 0 else flags[k]
+    hold_last(memory, columns, flags)
+    index[COUNT] = start + n
+
+
+@inlined
+def hold_last(memory, columns, flags):
+    """After a call with complete samples: what a missing value would be held at."""
+    n = columns.shape[1]
     if n > 0 and flags.shape[0] == 0:
         memory[HELD] = memory[HELD + 1] = columns[0, n - 1]
         for c in range(6):
             memory[HELD + 2 + c] = columns[1 + c, n - 1]
-    index[COUNT] = start + n
 
 
 @inlined

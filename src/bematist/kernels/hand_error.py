@@ -1,0 +1,374 @@
+"""The error state of the handheld filter and its covariance: Jacobians, prediction, updates.
+
+Additive error, true = estimate + error (MAGYQ eq 27), in the order of `hand_layout`: quaternion (4), gyroscope-quaternion offset (3),
+accelerometer offset (3), references of magnetic field and specific force in n (3 + 3). Erratum of eq 26: the scalar part of the
+gyroscope-quaternion offset is no state. The covariance is 16 rows of 16 at the head of the workspace S.
+"""
+
+import math
+
+from bematist.kernels import hand_layout as at
+from bematist.kernels.hand_layout import E, Q, W, X
+from bematist.kernels.jit import apart, inlined
+from bematist.kernels.rotation import normalise
+
+
+@inlined
+def h1(q0, q1, q2, q3, x0, x1, x2):
+    """Derivative (3x4, row by row) of q ⊗ x ⊗ q* to q: MAGYQ eq 38. Erratum of eq 37: x is a vector in the body frame."""
+    v0 = 2 * (q0 * x0 + q2 * x2 - q3 * x1)
+    v1 = 2 * (q0 * x1 + q3 * x0 - q1 * x2)
+    v2 = 2 * (q0 * x2 + q1 * x1 - q2 * x0)
+    d = 2 * (q1 * x0 + q2 * x1 + q3 * x2)
+    return v0, d, v2, -v1, v1, -v2, d, v0, v2, v1, -v0, d
+
+
+@inlined
+def h3(q0, q1, q2, q3, x0, x1, x2):
+    """Derivative (3x4, row by row) of q* ⊗ x ⊗ q to q: MAGYQ eq 43."""
+    v0 = 2 * (q0 * x0 - q2 * x2 + q3 * x1)
+    v1 = 2 * (q0 * x1 - q3 * x0 + q1 * x2)
+    v2 = 2 * (q0 * x2 - q1 * x1 + q2 * x0)
+    d = 2 * (q1 * x0 + q2 * x1 + q3 * x2)
+    return v0, d, -v2, v1, v1, v2, d, -v0, v2, -v1, v0, d
+
+
+@inlined
+def times_offset(h, D, o):
+    """h (3x4) times the derivative D (4x3, at D[o]) to the gyroscope-quaternion offset: nine entries, row by row."""
+    a, b, c, d = h[0], h[1], h[2], h[3]
+    e, f, g, i = h[4], h[5], h[6], h[7]
+    j, k, m, n = h[8], h[9], h[10], h[11]
+    return (
+        a * D[o] + b * D[o + 3] + c * D[o + 6] + d * D[o + 9],
+        a * D[o + 1] + b * D[o + 4] + c * D[o + 7] + d * D[o + 10],
+        a * D[o + 2] + b * D[o + 5] + c * D[o + 8] + d * D[o + 11],
+        e * D[o] + f * D[o + 3] + g * D[o + 6] + i * D[o + 9],
+        e * D[o + 1] + f * D[o + 4] + g * D[o + 7] + i * D[o + 10],
+        e * D[o + 2] + f * D[o + 5] + g * D[o + 8] + i * D[o + 11],
+        j * D[o] + k * D[o + 3] + m * D[o + 6] + n * D[o + 9],
+        j * D[o + 1] + k * D[o + 4] + m * D[o + 7] + n * D[o + 10],
+        j * D[o + 2] + k * D[o + 5] + m * D[o + 8] + n * D[o + 11],
+    )
+
+
+@inlined
+def offset_derivative(w, x, y, z, scale):
+    """Derivative (4x3, row by row) of the normalised q_w = (q_y − b)/|q_y − b| to b, eq 30: −scale (I − q_w q_wᵀ), last three columns."""
+    return (
+        scale * w * x,
+        scale * w * y,
+        scale * w * z,
+        scale * (x * x - 1),
+        scale * x * y,
+        scale * x * z,
+        scale * x * y,
+        scale * (y * y - 1),
+        scale * y * z,
+        scale * x * z,
+        scale * y * z,
+        scale * (z * z - 1),
+    )
+
+
+@apart
+def propagate_covariance(S, w, x, y, z, B, noise, bias_walk, decay, accel_walk, field_walk, force_walk):
+    """P ← Φ P Φᵀ + Q, MAGYQ eq 32, with Φ = {q←q: C(q_w), q←b_q: B (4x3), b_a←b_a: decay}; (w, x, y, z) is q_w.
+
+    Errata: the noise of the accelerometer offset is its own; the normalisations are in B and in `project`. The quaternion in S is the new
+    one already; `noise` is (dt/2)² times the variance of a gyroscope sample.
+    """
+    for c in range(16):
+        a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
+        b0, b1, b2 = S[64 + c], S[80 + c], S[96 + c]
+        S[c] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
+        S[16 + c] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
+        S[32 + c] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
+        S[48 + c] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    for r in range(4):
+        o = 16 * r
+        a0, a1, a2, a3 = S[o], S[o + 1], S[o + 2], S[o + 3]
+        b0, b1, b2 = S[o + 4], S[o + 5], S[o + 6]
+        S[o] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
+        S[o + 1] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
+        S[o + 2] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
+        S[o + 3] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    for c in range(16):
+        S[112 + c] *= decay
+        S[128 + c] *= decay
+        S[144 + c] *= decay
+    for r in range(10):
+        for i in range(3):
+            S[16 * r + at.E_BA + i] *= decay
+    mirror(S)
+    add_attitude_noise(S, noise)
+    for i in range(3):
+        S[17 * (at.E_BQ + i)] += bias_walk
+        S[17 * (at.E_BA + i)] += accel_walk
+        S[17 * (at.E_M + i)] += field_walk
+        S[17 * (at.E_F + i)] += force_walk
+
+
+@inlined
+def add_attitude_noise(S, noise):
+    """P_qq ← P_qq + noise · (I − q qᵀ): a rotation vector of variance 4·noise about each axis."""
+    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
+    S[0] += noise * (1 - q0 * q0)
+    S[17] += noise * (1 - q1 * q1)
+    S[34] += noise * (1 - q2 * q2)
+    S[51] += noise * (1 - q3 * q3)
+    a, b, c, d, e, f = noise * q0 * q1, noise * q0 * q2, noise * q0 * q3, noise * q1 * q2, noise * q1 * q3, noise * q2 * q3
+    S[1] -= a
+    S[16] -= a
+    S[2] -= b
+    S[32] -= b
+    S[3] -= c
+    S[48] -= c
+    S[18] -= d
+    S[33] -= d
+    S[19] -= e
+    S[49] -= e
+    S[35] -= f
+    S[50] -= f
+
+
+@inlined
+def mirror(S):
+    """Columns of the quaternion and of the accelerometer offset from their rows, so that P stays symmetric to the last bit."""
+    for r in range(4):
+        for c in range(r + 1, 16):
+            S[16 * c + r] = S[16 * r + c]
+    for r in range(7, 10):
+        for c in range(r + 1, 16):
+            S[16 * c + r] = S[16 * r + c]
+
+
+@apart
+def project(S):
+    """Normalise the quaternion, and take out of P what it says along the quaternion (erratum of eq 32): J P Jᵀ, J = I − q qᵀ."""
+    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
+    for c in range(16):
+        a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
+        t = q0 * a0 + q1 * a1 + q2 * a2 + q3 * a3
+        S[c], S[16 + c], S[32 + c], S[48 + c] = a0 - q0 * t, a1 - q1 * t, a2 - q2 * t, a3 - q3 * t
+    for r in range(4):
+        o = 16 * r
+        t = q0 * S[o] + q1 * S[o + 1] + q2 * S[o + 2] + q3 * S[o + 3]
+        S[o] -= q0 * t
+        S[o + 1] -= q1 * t
+        S[o + 2] -= q2 * t
+        S[o + 3] -= q3 * t
+    for r in range(4):
+        for c in range(r + 1, 16):
+            S[16 * c + r] = S[16 * r + c]
+
+
+@inlined
+def rows_quaternion(S, h):
+    """W ← H_q P_q, for the part h (3x4) of a measurement's H that belongs to the quaternion."""
+    for c in range(16):
+        a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
+        S[W + c] = h[0] * a0 + h[1] * a1 + h[2] * a2 + h[3] * a3
+        S[W + 16 + c] = h[4] * a0 + h[5] * a1 + h[6] * a2 + h[7] * a3
+        S[W + 32 + c] = h[8] * a0 + h[9] * a1 + h[10] * a2 + h[11] * a3
+
+
+@inlined
+def rows_gyro(S, h):
+    """W ← H_b P_b, for the part h (3x3) of a measurement's H that belongs to the gyroscope-quaternion offset."""
+    for c in range(16):
+        b0, b1, b2 = S[64 + c], S[80 + c], S[96 + c]
+        S[W + c] = h[0] * b0 + h[1] * b1 + h[2] * b2
+        S[W + 16 + c] = h[3] * b0 + h[4] * b1 + h[5] * b2
+        S[W + 32 + c] = h[6] * b0 + h[7] * b1 + h[8] * b2
+
+
+@inlined
+def rows_accel(S, h):
+    """W ← W + H_b P_b, for the part h (3x3) that belongs to the accelerometer's offset."""
+    for c in range(16):
+        b0, b1, b2 = S[112 + c], S[128 + c], S[144 + c]
+        S[W + c] += h[0] * b0 + h[1] * b1 + h[2] * b2
+        S[W + 16 + c] += h[3] * b0 + h[4] * b1 + h[5] * b2
+        S[W + 32 + c] += h[6] * b0 + h[7] * b1 + h[8] * b2
+
+
+@inlined
+def rows_own_field(S):
+    """W ← W − P_m, where the reference of the magnetic field is a part of the state."""
+    for c in range(16):
+        S[W + c] -= S[160 + c]
+        S[W + 16 + c] -= S[176 + c]
+        S[W + 32 + c] -= S[192 + c]
+
+
+@inlined
+def rows_own_force(S):
+    """W ← W − P_f, where the reference of the specific force is a part of the state."""
+    for c in range(16):
+        S[W + c] -= S[208 + c]
+        S[W + 16 + c] -= S[224 + c]
+        S[W + 32 + c] -= S[240 + c]
+
+
+@inlined
+def times_quaternion(S, r, h):
+    """Row r of W times H_qᵀ: three numbers."""
+    o = W + 16 * r
+    a0, a1, a2, a3 = S[o], S[o + 1], S[o + 2], S[o + 3]
+    return (
+        a0 * h[0] + a1 * h[1] + a2 * h[2] + a3 * h[3],
+        a0 * h[4] + a1 * h[5] + a2 * h[6] + a3 * h[7],
+        a0 * h[8] + a1 * h[9] + a2 * h[10] + a3 * h[11],
+    )
+
+
+@inlined
+def times_block(S, r, e, h):
+    """Row r of W, from column e on, times H_bᵀ (3x3): three numbers."""
+    o = W + 16 * r + e
+    b0, b1, b2 = S[o], S[o + 1], S[o + 2]
+    return b0 * h[0] + b1 * h[1] + b2 * h[2], b0 * h[3] + b1 * h[4] + b2 * h[5], b0 * h[6] + b1 * h[7] + b2 * h[8]
+
+
+@inlined
+def nis(s00, s10, s11, s20, s21, s22, z0, z1, z2):
+    """Factor L of the innovation's covariance, as 1/l00, l10, 1/l11, l20, l21, 1/l22, and y = L⁻¹ z, whose square is the NIS."""
+    i0 = 1 / math.sqrt(s00)
+    l10, l20 = s10 * i0, s20 * i0
+    i1 = 1 / math.sqrt(s11 - l10 * l10)
+    l21 = (s21 - l20 * l10) * i1
+    i2 = 1 / math.sqrt(s22 - l20 * l20 - l21 * l21)
+    y0 = z0 * i0
+    y1 = (z1 - l10 * y0) * i1
+    y2 = (z2 - l20 * y0 - l21 * y1) * i2
+    return i0, l10, i1, l20, l21, i2, y0, y1, y2
+
+
+@inlined
+def subtract(S, references):
+    """P ← P − W Wᵀ. Several rows in one loop, at fixed places: else the compiler would not use its vector registers."""
+    a0, b0, g0 = S[W + 0], S[W + 16], S[W + 32]
+    a1, b1, g1 = S[W + 1], S[W + 17], S[W + 33]
+    a2, b2, g2 = S[W + 2], S[W + 18], S[W + 34]
+    a3, b3, g3 = S[W + 3], S[W + 19], S[W + 35]
+    for c in range(16):
+        x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
+        S[c] -= a0 * x + b0 * y + g0 * z
+        S[16 + c] -= a1 * x + b1 * y + g1 * z
+        S[32 + c] -= a2 * x + b2 * y + g2 * z
+        S[48 + c] -= a3 * x + b3 * y + g3 * z
+    a4, b4, g4 = S[W + 4], S[W + 20], S[W + 36]
+    a5, b5, g5 = S[W + 5], S[W + 21], S[W + 37]
+    a6, b6, g6 = S[W + 6], S[W + 22], S[W + 38]
+    a7, b7, g7 = S[W + 7], S[W + 23], S[W + 39]
+    a8, b8, g8 = S[W + 8], S[W + 24], S[W + 40]
+    a9, b9, g9 = S[W + 9], S[W + 25], S[W + 41]
+    for c in range(16):
+        x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
+        S[64 + c] -= a4 * x + b4 * y + g4 * z
+        S[80 + c] -= a5 * x + b5 * y + g5 * z
+        S[96 + c] -= a6 * x + b6 * y + g6 * z
+        S[112 + c] -= a7 * x + b7 * y + g7 * z
+        S[128 + c] -= a8 * x + b8 * y + g8 * z
+        S[144 + c] -= a9 * x + b9 * y + g9 * z
+    if references:
+        a10, b10, g10 = S[W + 10], S[W + 26], S[W + 42]
+        a11, b11, g11 = S[W + 11], S[W + 27], S[W + 43]
+        a12, b12, g12 = S[W + 12], S[W + 28], S[W + 44]
+        a13, b13, g13 = S[W + 13], S[W + 29], S[W + 45]
+        a14, b14, g14 = S[W + 14], S[W + 30], S[W + 46]
+        a15, b15, g15 = S[W + 15], S[W + 31], S[W + 47]
+        for c in range(16):
+            x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
+            S[160 + c] -= a10 * x + b10 * y + g10 * z
+            S[176 + c] -= a11 * x + b11 * y + g11 * z
+            S[192 + c] -= a12 * x + b12 * y + g12 * z
+            S[208 + c] -= a13 * x + b13 * y + g13 * z
+            S[224 + c] -= a14 * x + b14 * y + g14 * z
+            S[240 + c] -= a15 * x + b15 * y + g15 * z
+
+
+@apart
+def update(S, L, references, projected):
+    """x ← x + W L⁻¹ z and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ (W holds H P before); then the quaternion is a unit quaternion again.
+
+    Without `references` in the state, their rows are zero and left out.
+    """
+    i0, l10, i1, l20, l21, i2, y0, y1, y2 = L
+    for c in range(16):
+        a = S[W + c] * i0
+        b = (S[W + 16 + c] - l10 * a) * i1
+        g = (S[W + 32 + c] - l20 * a - l21 * b) * i2
+        S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
+        S[E + c] = a * y0 + b * y1 + g * y2
+    subtract(S, references)
+    correct(S, projected)
+
+
+@inlined
+def correct(S, projected):
+    """The estimated error into the state."""
+    for c in range(16):
+        S[X + c] += S[E + c]
+    S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
+    if projected:
+        project(S)
+
+
+@apart
+def update_scalar(S, y, i, projected):
+    """The same for one number: W holds H P in its first row, i = 1/√(H P Hᵀ + R), y = i·z."""
+    for c in range(16):
+        S[W + c] *= i
+        S[E + c] = S[W + c] * y
+    for c in range(32):
+        S[W + 16 + c] = 0.0
+    subtract(S, True)
+    correct(S, projected)
+
+
+@inlined
+def rotation_rows(S):
+    """−2 Gᵀ by columns: with them the quaternion's error becomes the rotation vector psi in n, C_est = exp([psi×]) C_true.
+
+    q_true = exp(−psi/2) ⊗ q, so δq = −½ G psi with G = C(q)[:, 1:4] and, as δq is normal to q, psi = −2 Gᵀ δq.
+    """
+    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
+    return (
+        (2 * q1, 2 * q2, 2 * q3),
+        (-2 * q0, -2 * q3, 2 * q2),
+        (2 * q3, -2 * q0, -2 * q1),
+        (-2 * q2, 2 * q1, -2 * q0),
+    )
+
+
+@inlined
+def _times_quaternion_covariance(S, a, b, c, d):
+    """(a, b, c, d) P_qq."""
+    return (
+        a * S[0] + b * S[16] + c * S[32] + d * S[48],
+        a * S[1] + b * S[17] + c * S[33] + d * S[49],
+        a * S[2] + b * S[18] + c * S[34] + d * S[50],
+        a * S[3] + b * S[19] + c * S[35] + d * S[51],
+    )
+
+
+@inlined
+def _dot(t, a, b, c, d):
+    return t[0] * a + t[1] * b + t[2] * c + t[3] * d
+
+
+@apart
+def write_attitude_covariance(S, nav, k, j):
+    """Packed covariance of psi (rad², rotation vector in n): 4 Gᵀ P_qq G."""
+    a, b, c, d = rotation_rows(S)
+    t = _times_quaternion_covariance(S, a[0], b[0], c[0], d[0])
+    nav[k, j] = _dot(t, a[0], b[0], c[0], d[0])
+    nav[k, j + 1] = _dot(t, a[1], b[1], c[1], d[1])
+    nav[k, j + 2] = _dot(t, a[2], b[2], c[2], d[2])
+    t = _times_quaternion_covariance(S, a[1], b[1], c[1], d[1])
+    nav[k, j + 3] = _dot(t, a[1], b[1], c[1], d[1])
+    nav[k, j + 4] = _dot(t, a[2], b[2], c[2], d[2])
+    t = _times_quaternion_covariance(S, a[2], b[2], c[2], d[2])
+    nav[k, j + 5] = _dot(t, a[2], b[2], c[2], d[2])
