@@ -53,5 +53,5 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A compiled function that other kernels call where they seldom do, or from many places: not inlined, so that their loops stay small."""
+    """A compiled function that other kernels call where they seldom do, or from many places: not inlined, so that loops stay small."""
     return njit(**_OPTIONS)(function)
