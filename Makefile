@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: demo test lint format bench accuracy docs lock clean
+.PHONY: demo test lint format bench accuracy tried docs lock clean
 
 demo: $(STAMP)
 	$(BIN)/bematist demo -o demo
@@ -26,6 +26,10 @@ bench: $(STAMP)
 # docs/accuracy.md: every recording at hand, by every method
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
+
+# the table of docs/stance.md: what was tried on runs
+tried: $(STAMP)
+	$(BIN)/python benchmarks/tried.py
 
 # docs/parameters.md
 docs: $(STAMP)

@@ -41,6 +41,15 @@ def _li_wang(**changes: Any) -> FootParameters:
     ).override(changes)
 
 
+def _fifteen(**changes: Any) -> FootParameters:
+    """The same with offsets as states, and with what Table 1 leaves open: the accelerometer's offset within 0.02 m/s² at first, the offsets'
+    random walks; the gyroscope's offset is as uncertain as the rest at the start leaves it, about 5e-4 rad/s after 3 s."""
+    offsets = {"noise": {"gyro_bias_walk": 1e-6, "accel_bias_walk": 1e-5}, "initial": {"accel_bias_sd": 0.02}}
+    return _li_wang(states=15).override(offsets).override(changes)
+
+
+_ZH = {"zaru": {"use": "rest"}, "hdr": {"use": "stance"}}
+
 METHODS: dict[str, Method] = {
     m.name: m
     for m in (
@@ -123,6 +132,34 @@ METHODS: dict[str, Method] = {
             "Li & Wang 2019",
             "1-15, 24-28, 35, corrected",
             _li_wang(attitude={"propagation": "madgwick"}),
+        ),
+        Method(
+            "15m",
+            "Fifteen states with Madgwick's attitude, without magnetometer; stance by the angular rate.",
+            "Li & Wang 2019",
+            "1-15, 24-28, 35, corrected",
+            _fifteen(attitude={"propagation": "madgwick"}),
+        ),
+        Method(
+            "15zh",
+            "Fifteen states; the angular rate at rest is zero (ZARU) and straight walking stays straight (HDR). Not for curves.",
+            "Li & Wang 2019, Jiménez et al. 2010",
+            "1-15, 35, section 4.2, corrected",
+            _fifteen(**_ZH),
+        ),
+        Method(
+            "15mzh",
+            "15zh with Madgwick's attitude. Not for curves.",
+            "Li & Wang 2019, Jiménez et al. 2010",
+            "1-15, 24-28, 35, section 4.2, corrected",
+            _fifteen(attitude={"propagation": "madgwick"}, **_ZH),
+        ),
+        Method(
+            "15mzha",
+            "15mzh with a stance threshold that follows the speed: slow, walking, running. Not for curves.",
+            "Li & Wang 2019, Jiménez et al. 2010",
+            "1-15, 24-28, 35, 36, section 4.2, corrected",
+            _fifteen(attitude={"propagation": "madgwick"}, **_ZH).override({"stance": {"threshold": None, "rule": "adaptive"}}),
         ),
     )
 }

@@ -44,7 +44,7 @@ DEFAULTS = {
     "ared": Defaults(0.035, 100.0, 3.0, 70.0, 700.0),
     "amvd": Defaults(0.1, 2.0, 0.07, 1.4, 14.0),
     "amag": Defaults(0.1, 1.0, 0.03, 0.7, 7.0),
-    "gyro": Defaults(0.05, 0.6, 0.1, 0.5, 1.2),
+    "gyro": Defaults(0.05, 0.6, 0.1, 0.5, 1.5),
 }
 """The statistic of `gyro` is in rad/s, the others have no unit."""
 
