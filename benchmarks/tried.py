@@ -9,8 +9,9 @@ import math
 import sys
 from typing import Any
 
-import bematist as bm
 from accuracy import DATA, ROOT, number
+
+import bematist as bm
 
 RUNS = {
     "35": "gsu_gx5/SensorConnectData_35.csv",
@@ -29,7 +30,7 @@ LOUD = {"velocity_random_walk": 0.1, "angle_random_walk": math.radians(0.2)}
 TRIED: dict[str, tuple[str, dict[str, Any]]] = {
     "`foot`": ("foot", {}),
     "`foot`, accelerometer noise 0.01 instead of 0.1 m/s²/√Hz": ("foot", {"noise": {"velocity_random_walk": 0.01}}),
-    "`foot`, zero velocity believed alike in all of a stance (`ratio` 4)": ("foot", {"stance": {"ratio": 4.0}}),
+    "`foot`, `ratio` 4": ("foot", {"stance": {"ratio": 4.0}}),
     "`foot`, `lookaround_s` 0.2": ("foot", {"stance": {"lookaround_s": 0.2}}),
     "`foot`, `floor` 50": ("foot", {"stance": {"floor": 50.0}}),
     "`foot`, window 0.1 s": ("foot", {"stance": {"window_s": 0.1}}),
@@ -46,6 +47,8 @@ TRIED: dict[str, tuple[str, dict[str, Any]]] = {
     "`15mzh`, threshold 0.6 rad/s": ("15mzh", {}),
     "`15mzha`, adaptive 0.5 / 0.6 / 1.5 rad/s": ("15mzha", {}),
     "`15mzha`, 1.0 rad/s for running": ("15mzha", {"stance": {"pace": {"run_threshold": 1.0}}}),
+    "`15mzha`, 1.8 rad/s for running": ("15mzha", {"stance": {"pace": {"run_threshold": 1.8}}}),
+    "`15mzha`, speed over 0.5 s": ("15mzha", {"stance": {"pace": {"window_s": 0.5}}}),
     "`15mzha`, 2.0 rad/s for running": ("15mzha", {"stance": {"pace": {"run_threshold": 2.0}}}),
     "`15mzha` without HDR": ("15mzha", {"hdr": {"use": "off"}}),
     "`15mzha` without Madgwick's attitude": ("15mzha", {"attitude": {"propagation": "common"}}),

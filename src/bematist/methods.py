@@ -42,8 +42,10 @@ def _li_wang(**changes: Any) -> FootParameters:
 
 
 def _fifteen(**changes: Any) -> FootParameters:
-    """The same with offsets as states, and with what Table 1 leaves open: the accelerometer's offset within 0.02 m/s² at first, the offsets'
-    random walks; the gyroscope's offset is as uncertain as the rest at the start leaves it, about 5e-4 rad/s after 3 s."""
+    """The same with the offsets as states, and what Table 1 leaves open: their random walks, and the accelerometer's uncertainty at first.
+
+    The gyroscope's is as uncertain as the rest at the start leaves it, about 5e-4 rad/s after 3 s.
+    """
     offsets = {"noise": {"gyro_bias_walk": 1e-6, "accel_bias_walk": 1e-5}, "initial": {"accel_bias_sd": 0.02}}
     return _li_wang(states=15).override(offsets).override(changes)
 

@@ -50,8 +50,8 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ("Stance", _percent(100 * s["stance_fraction"]), f"of the time, in {number(stances, '', 0)} phases"),
         ("Processing", spent(s["processing_s"]), pace(trajectory)),
     ]
-    if (shares := paces(trajectory)) is not None:
-        found.insert(6, ("Pace", shares, "of the time: slow, walking, running"))
+    if shares := paces(trajectory):
+        found.insert(6, ("Running", shares[2], f"of the time; walking {shares[1]}, slow {shares[0]}"))
     if evaluation is not None:
         error = evaluation.to_dict()
         note = f"rms in plan, {number(evaluation.rows, '', 0)} {_matched(evaluation)}, alignment {evaluation.alignment}"
@@ -131,11 +131,11 @@ def warnings(drawn: Sequence[Subject]) -> str:
     return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
 
 
-def paces(trajectory: Trajectory) -> str | None:
-    """Shares of the time that was slow, walking and running; None where a method does not tell them apart."""
+def paces(trajectory: Trajectory) -> list[str]:
+    """Shares of the time that was slow, walking and running; empty where a method does not tell them apart."""
     value = np.asarray(trajectory.diagnostics.get("pace", ()), float)
     value = value[np.isfinite(value)]
-    return " / ".join(number(100 * float((value == k).mean()), "%", 0) for k in range(3)) if len(value) else None
+    return [number(100 * float((value == k).mean()), "%", 0) for k in range(3)] if len(value) else []
 
 
 def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | None]) -> str:
@@ -158,7 +158,7 @@ def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | N
             plan_sd(t),
             _percent(100 * m["stance_fraction"]),
             number(len(t.stance_intervals()), "", 0),
-            *([share or DASH] if any(shares) else []),
+            *([" / ".join(share) or DASH] if any(shares) else []),
             spent(m["processing_s"]),
         ]
         rows.append([_swatch(s), *map(escape, cells)])
