@@ -23,9 +23,10 @@ format: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
-# docs/accuracy.md: every recording at hand, by every method
+# docs/accuracy.md: every recording at hand, by every method; the table in docs/attitude.md
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python benchmarks/attitude.py
 
 # the table of docs/stance.md: what was tried on runs
 tried: $(STAMP)

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from bematist.ahrs import FILTERS, AhrsParameters
 from bematist.foot import FootParameters
 from bematist.methods import METHODS
 
@@ -53,6 +54,13 @@ def page() -> str:
     ]
     for group, model in _models(FootParameters):
         lines += ["", f"## {group.rstrip('.') or 'The filter'}", "", *(model.__doc__ or "").strip().splitlines(), "", *table(model, group)]
+    shared = set(AhrsParameters.model_fields)
+    lines += ["", "## Attitude filters", "", "`initial` and `gap` as above, without what only a path needs. All filters have", ""]
+    lines += table(AhrsParameters)
+    for f in FILTERS.values():
+        own = [line for line in table(type(f.parameters)) if not any(line.startswith(f"| `{name}`") for name in shared)]
+        if len(own) > 2 and issubclass(type(f.parameters), AhrsParameters):
+            lines += ["", f"`{f.name}`:", "", *own]
     lines += ["", "## What the methods change", "", "| method | parameter | value |", "|---|---|---|"]
     for method in METHODS.values():
         changed = _changed(FootParameters(), method.parameters)

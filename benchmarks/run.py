@@ -22,6 +22,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
+import ahrs_speed  # noqa: E402
+
 import bematist as bm  # noqa: E402
 import twin  # noqa: E402
 from bematist import stance  # noqa: E402
@@ -200,6 +202,8 @@ def main() -> None:
     table.append(("the same filter as a NumPy loop, against `zupt`", f"{slow / ns['zupt']:.0f}", "≥ 250"))
     table.append(("one sample from Python (`FootIns.step`)", f"{step_call(rows) * 1e6:.2f} µs", "≤ 3 µs"))
     table += whole_command(recording)
+    attitude_table, attitude_ns = ahrs_speed.measure(rows, library)
+    table += attitude_table
     lines = [
         "# Speed",
         "",
@@ -213,6 +217,8 @@ def main() -> None:
         *(f"| {a} | {b} | {c} |" for a, b, c in table),
         "",
         "Nanoseconds a sample: " + ", ".join(f"{name} {value:.0f}" for name, value in ns.items()) + f", NumPy loop {slow:.0f}.",
+        "",
+        "Attitude, " + ", ".join(f"{name} {value:.0f}" for name, value in attitude_ns.items()) + ".",
         "",
     ]
     (ROOT / "docs" / "speed.md").write_text("\n".join(lines))

@@ -26,15 +26,21 @@ def evaluate(
         str | None, typer.Option("--json", help="Write the numbers as JSON to a file, or to stdout with -.", metavar="FILE|-")
     ] = None,
 ) -> None:
-    """Compare a trajectory with the truth.
+    """Compare a trajectory, or attitudes, with the truth.
 
-    Position, length, heading and attitude errors, and whether the filter knew of them (NEES).
+    Position, length, heading and attitude errors, and whether the filter knew of them (NEES). Attitudes (attitude.csv,
+    attitude.parquet or their folder) are aligned by none or yaw.
     """
     kind = config.choose("alignment", align, options.ALIGNMENTS)
     from bematist.evaluate import evaluate as compute
-    from bematist.io import read_reference, read_trajectory
+    from bematist.evaluate import evaluate_attitude
+    from bematist.io import read_attitude, read_reference, read_trajectory
+    from bematist.io.attitude_files import attitude_file
 
-    found = compute(read_trajectory(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
+    if attitude_file(trajectory) is not None:
+        found = evaluate_attitude(read_attitude(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
+    else:
+        found = compute(read_trajectory(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
     text = to_json(found.to_dict())
     if json == "-":
         sys.stdout.write(text)

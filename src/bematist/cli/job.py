@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bematist import config
@@ -59,6 +60,31 @@ def _check(trajectory: Trajectory) -> None:
             f"{trajectory.source}: the filter diverged, the position is no number from {trajectory.time[lost[0]]:.2f} s on. "
             "Look at the recording there with `bematist stance`, and check units and parameters."
         )
+
+
+def configured(path: Path | None, what: str, wanted: str | None, default: str) -> tuple[dict[str, Any], str]:
+    """A configuration file, and the name of the `what` ("method" or "filter") to run: its own, the one wanted, or the default.
+
+    Raises
+    ------
+    UsageError
+        The file has an unknown key, or was written for another one than is wanted.
+    """
+    stored = config.read_toml(path) if path is not None else {}
+    keys = ("version", "recording", what, "reading", "parameters")
+    for key in stored:
+        if key not in keys:
+            raise UsageError(
+                f'{path}: there is no key "{key}".{config.closest(key, keys)} A configuration holds {what}, [reading] '
+                "and [parameters.…], as config.toml of any result does."
+            )
+    name = stored.get(what, wanted or default)
+    if wanted and wanted != name:
+        raise UsageError(
+            f'{path} was written for the {what} "{name}", not "{wanted}". Leave out --{what}, or remove "{what}" and the '
+            "parameters that are not yours from the file."
+        )
+    return stored, name
 
 
 def changes_from(stored: Mapping[str, Any], sets: list[str] | None, heading: float | None) -> dict[str, Any]:

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bematist import config
 from bematist.cli import options
 from bematist.cli.app import app
 from bematist.cli.console import facts, output, progress, seconds, warn
-from bematist.cli.job import Job, changes_from, found_in, judge, noted
+from bematist.cli.job import Job, changes_from, configured, found_in, judge, noted
 from bematist.cli.options import Reading
 from bematist.cli.results import FILES, write_results
-from bematist.errors import UsageError
 from bematist.outputs import results_folder
 
 if TYPE_CHECKING:
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     from bematist.trajectory import Trajectory
 
 DEFAULT_METHOD = "foot"
-CONFIG_KEYS = ("version", "recording", "method", "reading", "parameters")
 
 
 @app.command()
@@ -59,10 +56,10 @@ def track(
     Writes trajectory.parquet, trajectory.csv, summary.json, config.toml (everything that was used; give it back with
     --config) and report.html.
     """
-    stored = _stored(configuration)
+    stored, name = configured(configuration, "method", method, DEFAULT_METHOD)
     reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"))
     changes = changes_from(stored.get("parameters", {}), sets, heading)
-    job = Job(_method(method, stored, configuration), changes).check()
+    job = Job(name, changes).check()
     folder = options.folder_for(recording, output_folder)
     options.keep([recording, reference], [folder / name for name in FILES])
     with results_folder(folder) as place:
@@ -80,30 +77,6 @@ def track(
         written = "report.html" if report else "trajectory.csv"
         output().print(f"Results in {folder}/, see {folder / written}", soft_wrap=True)
         warn(trajectory.warnings)
-
-
-def _stored(path: Path | None) -> dict[str, Any]:
-    """The configuration file, its keys checked."""
-    if path is None:
-        return {}
-    stored = config.read_toml(path)
-    for key in stored:
-        if key not in CONFIG_KEYS:
-            raise UsageError(
-                f'{path}: there is no key "{key}".{config.closest(key, CONFIG_KEYS)} A configuration holds method, [reading] '
-                "and [parameters.…], as config.toml of any result does."
-            )
-    return stored
-
-
-def _method(wanted: str | None, stored: Mapping[str, Any], path: Path | None) -> str:
-    method = stored.get("method", wanted or DEFAULT_METHOD)
-    if wanted and wanted != method:
-        raise UsageError(
-            f'{path} was written for the method "{method}", not "{wanted}". Leave out --method, or remove "method" and the '
-            "parameters that are not yours from the file."
-        )
-    return method
 
 
 def _headline(summary: Mapping[str, Any]) -> str:

@@ -1,7 +1,8 @@
 """Pages and pictures of a result: what a person looks at, and shows."""
 
+from bematist.report.attitude_page import still_attitude, write_attitude_page
 from bematist.report.page import write_report
 from bematist.report.stance_page import write_stance_page
 from bematist.report.still import still_path
 
-__all__ = ["still_path", "write_report", "write_stance_page"]
+__all__ = ["still_attitude", "still_path", "write_attitude_page", "write_report", "write_stance_page"]

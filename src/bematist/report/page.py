@@ -82,7 +82,7 @@ def _content(
             plan_section(_plan_note(reference, laid, drawn)) if traces else "",
             f'<div class="timeline">{"".join(map(panel_section, figures))}</div></main>',
             summary.errors_table(drawn, evaluations),
-            summary.parameters(drawn),
+            summary.parameters([(s.name, s.trajectory.parameters) for s in drawn]),
         ]
     )
     return f"{source}: {methods or 'path'}", body, page_data(figures, traces, first)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,7 +58,7 @@ def write_stance_page(recording: Recording, analysis: StanceAnalysis, path: str 
     body = "".join(
         [
             header(name, subtitle),
-            _warnings(recording),
+            summary.warning_list(recording.warnings),
             _control(),
             f'<main class="timeline">{"".join(map(panel_section, figures))}</main>',
         ]
@@ -109,11 +108,6 @@ def _panels(recording: Recording, analysis: StanceAnalysis, statistic: Array) ->
             trace = line(recording.time[good], norm[good], budget.fast, "@0", hovertemplate=hover)
             found.append(Panel(key, title, axis, over_stance(trace), note))
     return found
-
-
-def _warnings(recording: Recording) -> str:
-    items = "".join(f"<li>{escape(w)}</li>" for w in dict.fromkeys(recording.warnings))
-    return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>' if items else ""
 
 
 def _control() -> str:

@@ -39,11 +39,9 @@ def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, referen
 
     from bematist.outputs import whole_file
 
-    path = Path(path_png)
     if not trajectories:
         raise UsageError("A picture needs at least one trajectory.")
-    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise UsageError(f'{path}: a picture is written as .png, .svg or .pdf, not as "{path.suffix}".')
+    path = picture_path(path_png)
     if any(not len(t) for t in trajectories):
         raise DataError("A trajectory has no samples: there is nothing to draw.")
     drawn = subjects(trajectories)
@@ -59,6 +57,14 @@ def still_path(trajectories: Sequence[Trajectory], path_png: str | Path, referen
     _dress(plan, height, many=len(drawn) > 1 or local is not None)
     with whole_file(path) as temporary:
         figure.savefig(temporary, dpi=150, format=path.suffix[1:].lower())
+
+
+def picture_path(path: str | Path) -> Path:
+    """The path of a picture. UsageError where its suffix is no picture's."""
+    path = Path(path)
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise UsageError(f'{path}: a picture is written as .png, .svg or .pdf, not as "{path.suffix}".')
+    return path
 
 
 def _draw(plan: Axes, height: Axes, s: Subject, p: NDArray[np.float64]) -> None:
@@ -91,9 +97,14 @@ def _dress(plan: Axes, height: Axes, *, many: bool) -> None:
     plan.set(xlabel="east (m)", ylabel="north (m)")
     plan.set_aspect("equal", adjustable="datalim")
     height.set(xlabel="time (s)", ylabel="height (m)")
-    for axes in (plan, height):
-        axes.grid(color="#e3e6ea", linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_axisbelow(True)
+    dress(plan)
+    dress(height)
     if many:
         plan.legend(frameon=False, fontsize=9)
+
+
+def dress(axes: Axes) -> None:
+    """Grid and frame of a plot, as all pictures have them."""
+    axes.grid(color="#e3e6ea", linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_axisbelow(True)

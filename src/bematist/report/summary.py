@@ -124,11 +124,13 @@ def warnings(drawn: Sequence[Subject]) -> str:
     for s in drawn:
         for w in dict.fromkeys(s.trajectory.warnings):
             found.setdefault(w, []).append(s.name)
-    if not found:
-        return ""
-    whose = {w: "" if len(names) == len(drawn) else ", ".join(names) + ": " for w, names in found.items()}
-    items = "".join(f"<li>{escape(whose[w] + w)}</li>" for w in found)
-    return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>'
+    return warning_list(w if len(names) == len(drawn) else f"{', '.join(names)}: {w}" for w, names in found.items())
+
+
+def warning_list(texts: Iterable[str]) -> str:
+    """Warnings, each once; nothing without one."""
+    items = "".join(f"<li>{escape(w)}</li>" for w in dict.fromkeys(texts))
+    return f'<section class="warnings"><h2>Warnings</h2><ul>{items}</ul></section>' if items else ""
 
 
 def paces(trajectory: Trajectory) -> list[str]:
@@ -200,19 +202,19 @@ def table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
-def parameters(drawn: Sequence[Subject]) -> str:
-    """All parameters that were used, in a fold-out; where methods differ the row is marked."""
-    columns = [dict(_flat(s.trajectory.parameters)) for s in drawn]
+def parameters(used: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """All parameters that were used, by the method's name (empty when it is the only one), in a fold-out; differences are marked."""
+    columns = [dict(_flat(values)) for _, values in used]
     keys = list(dict.fromkeys(key for column in columns for key in column))
     if not keys:
         return ""
-    head = ["Parameter", *("Value" if s.alone else s.name for s in drawn)]
+    head = ["Parameter", *(name or "Value" for name, _ in used)]
     rows = []
     for key in keys:
         values = [column.get(key, DASH) for column in columns]
         mark = "<b>{}</b>" if len(set(values)) > 1 else "{}"
         rows.append([mark.format(escape(key)), *(mark.format(escape(v)) for v in values)])
-    note = "<p class='note'>Bold: where the methods differ.</p>" if len(drawn) > 1 else ""
+    note = "<p class='note'>Bold: where the methods differ.</p>" if len(used) > 1 else ""
     return f'<details class="fold"><summary>Parameters used</summary>{note}{table(head, rows)}</details>'
 
 

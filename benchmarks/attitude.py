@@ -1,0 +1,101 @@
+"""Attitude on recordings whose truth is known: the table and the pictures of docs/attitude.md (part of `make accuracy`).
+
+The recordings are looked for at BEMATIST_SHARED, then beside the project.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import ahrs
+import numpy as np
+import vqf
+
+import bematist as bm
+from bematist import frames
+from bematist.ahrs import Ahrs
+from bematist.report import still_attitude
+
+ROOT = Path(__file__).resolve().parents[1]
+DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "attitude"
+TRIALS = {
+    "broad/12_undisturbed_slow_translation_C.mat": "BROAD 12: slow translation, undisturbed",
+    "broad/33_disturbed_attached_magnet_2cm.mat": "BROAD 33: a magnet 2 cm from the sensor",
+}
+START, END = "<!-- table -->", "<!-- /table -->"
+BLIND = {"integration": "first-order", "initial": {"gyro_bias_sd": 0.0}}
+"""As printed, and without the gyroscope's offset from the rest: what the peers do."""
+NWU_FROM_ENU = np.array([np.cos(np.pi / 4), 0, 0, -np.sin(np.pi / 4)])
+
+Found = dict[str, bm.Attitude]
+
+
+def own(r: bm.Recording) -> Found:
+    found = {f"`{name}`": bm.attitude(r, name) for name in bm.FILTERS}
+    found["`madgwick` without the field"] = bm.attitude(r, "madgwick", magnetometer=False, initial={"heading_deg": _start_heading(r)})
+    found |= {f"`{name}`, as printed": bm.attitude(r, name, **BLIND) for name in ("mahony", "madgwick")}
+    return found
+
+
+def _start_heading(r: bm.Recording) -> float:
+    return float(bm.attitude(r, "gyro").heading_deg[0])
+
+
+def peers(r: bm.Recording) -> Found:
+    """The packages ahrs, from the same start, and vqf."""
+    start = Ahrs(bm.FILTERS["madgwick"].parameters.override(BLIND))
+    start.run(r)
+    assert start.alignment is not None
+    dt, q0 = 1 / r.rate_hz, start.alignment.attitude
+    turned = frames.multiply(NWU_FROM_ENU, q0)
+    madgwick = _loop(r, ahrs.filters.Madgwick(gain=0.12, Dt=dt).updateMARG, turned)
+    mahony = _loop(r, ahrs.filters.Mahony(k_P=0.74, k_I=0.0012, Dt=dt).updateMARG, q0)
+    sensors = [np.ascontiguousarray(a) for a in (r.angular_rate, r.specific_force, r.magnetic_flux_density)]
+    return {
+        "ahrs, Mahony": result(r, mahony),
+        "ahrs, Madgwick": result(r, frames.multiply(frames.conjugate(NWU_FROM_ENU), madgwick)),
+        "VQF, online": result(r, vqf.VQF(dt).updateBatch(*sensors)["quat9D"]),
+        "VQF, offline": result(r, vqf.offlineVQF(*sensors, dt)["quat9D"]),
+    }
+
+
+def _loop(r: bm.Recording, update: Callable[..., np.ndarray], q: np.ndarray) -> np.ndarray:
+    out = [q]
+    for f, w, m in zip(r.specific_force[1:], r.angular_rate[1:], r.magnetic_flux_density[1:], strict=True):
+        q = update(q, w, f, m)
+        out.append(q)
+    return np.array(out)
+
+
+def result(r: bm.Recording, q: np.ndarray) -> bm.Attitude:
+    return bm.Attitude(time=r.time, attitude=q, gyro_bias=np.full((len(r), 3), np.nan))
+
+
+def main() -> None:
+    if not DATA.is_dir():
+        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds attitude/.")
+    columns: list[dict[str, str]] = []
+    for path, words in TRIALS.items():
+        print(words, flush=True)
+        r = bm.read(DATA / path)
+        assert r.reference is not None
+        mine = own(r)
+        column = {}
+        for name, a in {**mine, **peers(r)}.items():
+            d = bm.evaluate_attitude(a, r.reference).to_dict()
+            column[name] = " / ".join(f"{d[f'{key}_rmse_deg']:.2f}" for key in ("attitude", "heading", "tilt"))
+        columns.append(column)
+        still_attitude([mine[f"`{n}`"] for n in ("gyro", "mahony", "madgwick")], ROOT / f"docs/pictures/{Path(path).stem}.png", r.reference)
+    lines = [START, "| filter | " + " | ".join(TRIALS.values()) + " |", "|---" * (len(TRIALS) + 1) + "|"]
+    lines += ["| " + " | ".join([name, *(c[name] for c in columns)]) + " |" for name in columns[0]]
+    page = ROOT / "docs" / "attitude.md"
+    before, rest = page.read_text().split(START)
+    page.write_text(before + "\n".join([*lines, END]) + rest.split(END)[1])
+    print("\n".join(lines[1:]))
+
+
+if __name__ == "__main__":
+    main()
