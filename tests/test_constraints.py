@@ -285,3 +285,54 @@ def test_a_gap_ends_what_the_constraints_remember():
     assert (judged < after).any()
     third = stances[stances[:, 1] > after][2]
     assert not ((judged > after) & (judged < third[0])).any() and (judged > third[0]).any()
+
+
+# ---- adaptive threshold on walks and runs ----------------------------------------------------------------------------
+
+
+def shares(trajectory):
+    """Shares of slow, walking and running while the foot is under way."""
+    p = trajectory.diagnostics["pace"]
+    moving = np.flatnonzero(np.linalg.norm(trajectory.velocity, axis=1) > 1)
+    p = p[moving[0] + 200 : moving[-1]]
+    return [float((p == k).mean()) for k in range(3)]
+
+
+@pytest.mark.parametrize("method", ["15mzha", "zupt"])
+def test_the_class_follows_a_simulated_change_of_gait(method):
+    gaits = ((0.0, "walk"), (40.0, "run"), (100.0, "walk"))
+    line = ((0.0, 0.0, 0.0), (140.0, 0.0, 0.0))
+    made = simulate_walk("straight", "lsm9ds1", seed=1, waypoints=line, length_m=None, gaits=gaits)
+    t = bm.track(made.recording, method, stance={"rule": "adaptive"})
+    east = made.truth.position[:, 0]
+    for low, high, kind in ((10, 38, 1), (48, 98, 2), (112, 135, 1)):
+        p = t.diagnostics["pace"][(east > low) & (east < high)]
+        assert (p == kind).mean() > 0.9, (low, high, np.bincount(p.astype(int)))
+
+
+@pytest.mark.parametrize(
+    ("path", "running"),
+    [
+        ("gsu_gx5/SensorConnectData_32.csv", False),
+        ("pyshoe_vicon/2017-11-22-11-30-14.mat", False),
+        ("gsu_gx5/SensorConnectData_35.csv", True),
+        ("pyshoe_vicon/2017-11-27-11-18-11.mat", True),
+        ("pyshoe_vicon/2017-12-15-18-01-18.mat", True),
+    ],
+)
+def test_the_class_follows_real_walks_and_runs(shared_data, path, running):
+    found = shares(bm.track(bm.read(shared_data / "foot" / path), "15mzha"))
+    assert found[2] > 0.6 if running else found[1] > 0.9, found
+    assert running or found[2] == 0
+
+
+def test_the_adaptive_threshold_finds_the_stances_of_runs(shared_data):
+    """What eq 36 is for; the limits are those of docs/stance.md."""
+    errors = {}
+    for name in ("2017-11-27-11-18-11", "2017-12-15-18-01-18"):
+        r = bm.read(shared_data / "foot/pyshoe_vicon" / f"{name}.mat")
+        for rule in ("absolute", "adaptive"):
+            t = bm.track(r, "zupt", stance={"rule": rule})
+            errors[name, rule] = bm.evaluate(t, r.reference, align="yaw").to_dict()["ate_rmse_2d_m"]
+    assert errors["2017-11-27-11-18-11", "adaptive"] < 2 * 0.136 < 2 < errors["2017-11-27-11-18-11", "absolute"]
+    assert errors["2017-12-15-18-01-18", "adaptive"] < 2 * 0.070 < 1 < errors["2017-12-15-18-01-18", "absolute"]
