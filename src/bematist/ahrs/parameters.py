@@ -53,7 +53,7 @@ class MahonyParameters(AhrsParameters):
     kp: float = Field(
         default=0.74,
         ge=0,
-        description="Proportional gain, rad/s for an error of 1 rad: errors fade with the time 1/kp, s. Larger: follows gravity and field "
+        description="Proportional gain, 1/s: errors of the tilt fade with the time 1/kp, s. Larger: follows gravity and field "
         "sooner, and accelerations and disturbed fields too. The default is the optimum of Laidig et al. 2021 over their recordings; Li & "
         "Wang use 1.",
     )
@@ -77,7 +77,7 @@ class MadgwickParameters(AhrsParameters):
     beta: float = Field(
         default=0.12,
         ge=0,
-        description="Length of the correction, 1/s: the attitude is turned by at most 2 beta, rad/s, however large or small the error is. "
+        description="Length of the correction, 1/s: the attitude is turned by at most 2 beta radians a second, however large or small the error is. "
         "Larger: follows gravity and field sooner, with more noise. The default is the optimum of Laidig et al. 2021 over their "
         "recordings; Li & Wang use 0.1.",
     )
