@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: demo test lint format bench accuracy tried docs lock clean
+.PHONY: demo test lint format bench accuracy tried reproduce docs lock clean
 
 demo: $(STAMP)
 	$(BIN)/bematist demo -o demo
@@ -31,6 +31,13 @@ accuracy: $(STAMP)
 # the table of docs/stance.md: what was tried on runs
 tried: $(STAMP)
 	$(BIN)/python benchmarks/tried.py
+
+# docs/reproduce: tables and figures of the papers; what was computed is kept in build/reproduce, and only what is missing is computed
+reproduce: $(STAMP)
+	$(BIN)/bematist reproduce maginav -o build/reproduce/maginav
+	mkdir -p docs/reproduce/maginav
+	cp -r build/reproduce/maginav/report.md build/reproduce/maginav/figures build/reproduce/maginav/tables docs/reproduce/maginav/
+	rm -f docs/reproduce/maginav/figures/*.svg docs/reproduce/maginav/tables/*-cases.csv docs/reproduce/maginav/tables/*.md
 
 # docs/parameters.md
 docs: $(STAMP)

@@ -79,7 +79,7 @@ def test_help_names_every_command_and_is_quick() -> None:
         after = os.times()
         took.append(after.children_user + after.children_system - before.children_user - before.children_system)
     assert shown.returncode == 0
-    names = ("demo", "track", "compare", "evaluate", "info", "stance", "methods", "convert", "export", "simulate")
+    names = ("demo", "track", "compare", "evaluate", "info", "stance", "methods", "convert", "export", "simulate", "reproduce")
     assert all(f"\n  {name} " in shown.stdout for name in names)
     assert "..." not in shown.stdout.partition("Commands:")[2]
     assert min(took) < 0.5

@@ -33,7 +33,7 @@ def simulate(
     sets: options.Set = None,
     quiet: options.Quiet = False,
 ) -> None:
-    """Simulate a walk: a shoe sensor's recording, and the exact truth."""
+    """Simulate a walk: a shoe sensor's recording, and the truth."""
     from bematist.simulate import SCENARIOS, simulate_walk
 
     walk = name or scenario
