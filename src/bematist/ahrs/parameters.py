@@ -78,8 +78,8 @@ class MadgwickParameters(AhrsParameters):
         default=0.12,
         ge=0,
         description="Length of the correction, 1/s: the attitude is turned by at most 2 beta radians a second, however large or small "
-        "the error is. Larger: follows gravity and field sooner, with more noise. The default is the optimum of Laidig et al. 2021 over their "
-        "recordings; Li & Wang use 0.1.",
+        "the error is. Larger: follows gravity and field sooner, with more noise. The default is the optimum of Laidig et al. 2021 over "
+        "their recordings; Li & Wang use 0.1.",
     )
     zeta: float = Field(
         default=0.0,
