@@ -32,6 +32,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from bematist.ahrs import FILTERS, Ahrs, Attitude, attitude
+    from bematist.allan import AllanResult, allan
     from bematist.errors import BematistError, DataError, UsageError
     from bematist.evaluate import evaluate, evaluate_attitude
     from bematist.foot import FootIns, FootParameters
@@ -45,6 +46,8 @@ _HOME = {
     "Ahrs": "ahrs",
     "Attitude": "ahrs",
     "attitude": "ahrs",
+    "AllanResult": "allan",
+    "allan": "allan",
     "BematistError": "errors",
     "DataError": "errors",
     "UsageError": "errors",
@@ -65,6 +68,7 @@ __all__ = [
     "FILTERS",
     "METHODS",
     "Ahrs",
+    "AllanResult",
     "Attitude",
     "BematistError",
     "DataError",
@@ -74,6 +78,7 @@ __all__ = [
     "Reference",
     "Trajectory",
     "UsageError",
+    "allan",
     "attitude",
     "evaluate",
     "evaluate_attitude",

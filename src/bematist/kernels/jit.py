@@ -12,7 +12,15 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that Python calls."""
-    dispatcher = njit(**_OPTIONS, cache=True)(function)
+    return _cached(njit(**_OPTIONS, cache=True)(function))
+
+
+def summing(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel whose sums may be taken in any order, so that several numbers are added at once; not for recursions."""
+    return _cached(njit(**{**_OPTIONS, "fastmath": {*_OPTIONS["fastmath"], "reassoc"}}, cache=True)(function))
+
+
+def _cached(dispatcher: Any) -> Any:
     _load_at_once(dispatcher)
     _stamp(dispatcher)
     return dispatcher
