@@ -14,6 +14,7 @@ from __future__ import annotations
 import sys
 import types
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from bematist.allan.deviation import Spacing, Stretches, averaging_spans, overla
 from bematist.allan.fit import Estimate, Fit, fit_noises
 from bematist.allan.rest import find_rest
 from bematist.allan.result import AllanResult, SensorAllan
+from bematist.allan.spectrum import spectral_density
 from bematist.allan.suspect import check_axis, check_units
 from bematist.errors import DataError
 from bematist.frames import quaternion_from_rotation_vector
@@ -88,7 +90,7 @@ def allan(
             values = column(k)
             said = check_axis(name, axis, values)
             warnings += [said] if said else []
-            found.append(_curve(values, pieces, overlap))
+            found.append(_curve(values, pieces, overlap, fitted=(name, axis) != ("quaternion", "w")))
             done += 1
             if progress:
                 progress(done, total)
@@ -108,7 +110,7 @@ def _sensors(r: Recording, start: float, end: float, *, quaternion: bool) -> Ite
         ("magnetometer", r.magnetic_time, r.magnetic_flux_density),
     ):
         part = slice(*np.searchsorted(t, [start, end + 1e-9]))
-        good = np.isfinite(values[part]).all(1)
+        good = np.asarray(np.isfinite(values[part]).all(1))
         if name == "magnetometer" and not good.any():
             continue
         yield name, XYZ, t[part][good], _column(values[part], good)
@@ -130,15 +132,28 @@ def _column(values: Array, good: NDArray[np.bool_]) -> Column:
     return lambda k: values[good, k]
 
 
-def _curve(values: Array, pieces: Stretches, overlap: Overlap) -> tuple[Array, Fit | None]:
-    """Allan variance of an axis and its noises; none where the axis does not vary."""
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    variance: Array
+    fit: Fit | None
+    frequency: Array
+    density: Array
+
+
+def _curve(values: Array, pieces: Stretches, overlap: Overlap, *, fitted: bool) -> _Curve:
+    """Allan variance and spectral density of an axis, and its noises; none where the axis does not vary.
+
+    Not `fitted` is the first component of the gyroscope quaternion: one less a sum of squares, far from Gaussian (erratum of MAGYQ eq 25).
+    """
     variance = overlapping_variance(values, pieces, overlap.spans)
-    return variance, fit_noises(variance, overlap) if (variance > 0).all() else None
+    longest = pieces.rows[int(np.argmax(pieces.lengths))]
+    fit = fit_noises(variance, overlap) if fitted and (variance > 0).all() else None
+    return _Curve(variance, fit, *spectral_density(values[longest], 1 / pieces.period_s))
 
 
-def _assembled(name: str, axes: tuple[str, ...], samples: int, overlap: Overlap, found: list[tuple[Array, Fit | None]]) -> SensorAllan:
-    variance = np.column_stack([v for v, _ in found])
-    edf = np.column_stack([np.full(len(v), np.nan) if fit is None else fit.edf for v, fit in found])
+def _assembled(name: str, axes: tuple[str, ...], samples: int, overlap: Overlap, found: list[_Curve]) -> SensorAllan:
+    variance = np.column_stack([c.variance for c in found])
+    edf = np.column_stack([np.full(len(overlap.taus), np.nan) if c.fit is None else c.fit.edf for c in found])
     tail = (1 - LEVEL) / 2
     return SensorAllan(
         name=name,
@@ -150,7 +165,9 @@ def _assembled(name: str, axes: tuple[str, ...], samples: int, overlap: Overlap,
         low=np.sqrt(variance * edf / chi2.ppf(1 - tail, edf)),
         high=np.sqrt(variance * edf / chi2.ppf(tail, edf)),
         edf=edf,
-        fits=tuple(fit for _, fit in found),
+        frequency=found[0].frequency,
+        density=np.column_stack([c.density for c in found]),
+        fits=tuple(c.fit for c in found),
     )
 
 

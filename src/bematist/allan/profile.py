@@ -31,7 +31,6 @@ class Profile:
     def __init__(self, v: Array, taus: Array, whiten: Array, noises: Sequence[str], correlation_s: float) -> None:
         self.v, self.taus, self.whiten, self.noises = whiten @ v, taus, whiten, list(noises)
         self.correlation_s = correlation_s
-        self.least = self._over_correlation(lambda t: self._misfit(None, 0.0, t))
 
     def _misfit(self, held: str | None, square: float, correlation_s: float) -> float:
         """Least misfit with the coefficient of `held` as given."""
@@ -61,7 +60,7 @@ class Profile:
             return self._over_correlation(lambda t: self._misfit(noise, x, t)) - limit
 
         limit = 0.0
-        limit = max(self.least + _RISE, rise(square) + 1e-9)
+        limit = rise(square) + _RISE
         low = 0.0 if rise(0.0) <= 0 else _crossing(rise, square, 1 / _FURTHEST)
         return low, square * float(np.exp(min(_crossing(rise, square, _FURTHEST) / square - 1, 50.0)))
 
@@ -72,7 +71,7 @@ class Profile:
             return self._misfit(None, 0.0, t) - limit
 
         limit = 0.0
-        limit = max(self.least + _RISE, rise(self.correlation_s) + 1e-9)
+        limit = rise(self.correlation_s) + _RISE
         return _crossing(rise, self.correlation_s, 1 / _FURTHEST), _crossing(rise, self.correlation_s, _FURTHEST)
 
     def bound(self, noise: str) -> float:
@@ -80,7 +79,7 @@ class Profile:
         k = self.noises.index(noise)
         design = self.whiten @ shapes(self.noises, self.taus, self.correlation_s)
         sd = 1 / float(np.sqrt(np.sum(design[:, k] ** 2)))
-        limit = max(self.least + _RISE_ONE_SIDED, self._misfit(noise, 0.0, self.correlation_s) + 1e-9)
+        limit = self._misfit(noise, 0.0, self.correlation_s) + _RISE_ONE_SIDED
         return _crossing(lambda x: self._misfit(noise, x, self.correlation_s) - limit, 1e-3 * sd, _FURTHEST)
 
 

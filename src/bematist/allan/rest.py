@@ -86,13 +86,13 @@ def still_stretches(recording: Recording, start: float, end: float) -> list[tupl
     moving = np.zeros(blocks, bool)
     for values, limit in ((r.specific_force, FORCE_SD), (r.angular_rate, RATE_SD)):
         cells = _cells(r.time, values, start, blocks * BLOCK_CELLS).reshape(blocks, BLOCK_CELLS, 3)
-        there = np.isfinite(cells).all(2)
+        there = np.asarray(np.isfinite(cells).all(2))
         count = np.maximum(there.sum(1), 1)[:, None]
         filled = np.where(there[:, :, None], cells, 0.0)
         mean = filled.sum(1) / count
         sd = np.sqrt((np.where(there[:, :, None], cells - mean[:, None], 0.0) ** 2).sum(1) / count)
         seen = there.sum(1) > BLOCK_CELLS // 2
-        quiet = np.asarray(seen & (sd < limit).all(1))
+        quiet = np.asarray(seen & (sd < limit).all(axis=1))
         if not quiet.any():
             return []
         moving |= seen & ~(quiet & (sd < RELATIVE_SD * np.median(sd[quiet], axis=0) + 1e-12).all(1))
@@ -113,7 +113,7 @@ def _cells(time: Array, values: Array, start: float, cells: int) -> Array:
     first, last = np.searchsorted(time, [start, start + cells * CELL_S])
     at = np.minimum(((time[first:last] - start) / CELL_S).astype(np.int64), cells - 1)
     out = np.empty((cells, 3))
-    good = np.isfinite(values[first:last]).all(axis=1)
+    good = np.asarray(np.isfinite(values[first:last]).all(axis=1))
     everywhere = bool(good.all())
     number = np.bincount(at if everywhere else at[good], minlength=cells)
     for axis in range(3):

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 HORIZON_S = 100.0
 """s, see `AllanResult.noise`."""
+FAST_S = 0.5
+"""s: what is correlated for less is white to a filter of a person's motion."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +37,8 @@ class SensorAllan:
     deviation : (M,A) overlapping Allan deviation, m/s², rad/s, µT or without unit.
     low, high : (M,A) its 95 % interval: chi-square with the equivalent degrees of freedom.
     edf : (M,A) equivalent degrees of freedom under the fitted noises (Greenhall & Riley 2003, see `covariance`).
-    fits : one for each axis; None where the axis could not be fitted.
+    frequency, density : (F,) Hz and (F,A) one-sided spectral density of the longest stretch without a gap, unit²/Hz.
+    fits : one for each axis; None where the axis does not vary, and for the quaternion's w, which is not Gaussian.
     """
 
     name: str
@@ -47,6 +50,8 @@ class SensorAllan:
     low: Array
     high: Array
     edf: Array
+    frequency: Array
+    density: Array
     fits: tuple[Fit | None, ...]
 
     def __repr__(self) -> str:
@@ -57,15 +62,31 @@ class SensorAllan:
         k = int(np.nanargmin(self.deviation[:, axis]))
         return float(self.deviation[k, axis]), float(self.taus[k])
 
-    def rms(self, noise: str) -> float | None:
-        """Root mean square over the axes of a coefficient; an axis without it counts as zero. None where no axis has it."""
-        found = [fit.coefficients[noise].value if noise in fit.coefficients else 0.0 for fit in self.fits if fit is not None]
-        return float(np.sqrt(np.mean(np.square(found)))) if any(found) else None
+    def white(self) -> float | None:
+        """White noise N, root mean square over the axes; None where no axis was fitted.
+
+        A Gauss-Markov process faster than `FAST_S` is white noise behind a low-pass filter: it counts as 2 s² T.
+        """
+        squares = []
+        for fit in self.fits:
+            if fit is not None:
+                own = fit.coefficients["white"].value ** 2 if "white" in fit.coefficients else 0.0
+                fast = 2 * fit.coefficients["markov"].value ** 2 * fit.correlation.value if _fast(fit) and fit.correlation else 0.0
+                squares.append(own + fast)
+        return float(np.sqrt(np.mean(squares))) if squares else None
 
     def drift(self, horizon_s: float) -> float | None:
-        """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise."""
-        slow = [float(fit.variance(np.array([horizon_s]), without=("white", "quantisation"))[0]) for fit in self.fits if fit is not None]
+        """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise; None without."""
+        slow = []
+        for fit in self.fits:
+            if fit is not None:
+                fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()))
+                slow.append(float(fit.variance(np.array([horizon_s]), without=fast)[0]))
         return float(np.sqrt(3 * np.mean(slow) / horizon_s)) if slow and max(slow) > 0 else None
+
+
+def _fast(fit: Fit) -> bool:
+    return fit.correlation is not None and fit.correlation.value < FAST_S
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +155,7 @@ class AllanResult:
             ("gyroscope", "angle_random_walk", "gyro_bias_walk"),
             ("accelerometer", "velocity_random_walk", "accel_bias_walk"),
         ):
-            out |= {white: self[sensor].rms("white"), walk: self[sensor].drift(horizon_s)}
+            out |= {white: self[sensor].white(), walk: self[sensor].drift(horizon_s)}
         return {name: value for name, value in out.items() if value is not None}
 
     def to_toml(self, horizon_s: float = HORIZON_S) -> str:

@@ -24,6 +24,8 @@ LARGEST_WHITE = math.radians(0.2)
 """rad/s/√Hz: ten times the noise of a phone's gyroscope."""
 REPEATED = 0.6
 """An axis whose samples equal the one before this often is coarser than its noise."""
+CLIPPED = 0.1
+"""An axis that stands at its extreme this often is saturated, however often it repeats itself."""
 
 
 def check_axis(sensor: str, axis: str, values: Array) -> str:
@@ -32,12 +34,13 @@ def check_axis(sensor: str, axis: str, values: Array) -> str:
         return ""
     if np.ptp(values) == 0:
         return f"{sensor} {axis}: every sample is {values[0]:.6g}. The axis is stuck, or was never written; it has no noise."
-    if at := saturated(values[:, None]):
+    repeated = float(np.mean(values[1:] == values[:-1]))
+    at = saturated(values[:, None])
+    if at and (repeated < REPEATED or at[0][2] > CLIPPED * len(values)):  # held samples repeat an extreme as well
         return (
             f"{sensor} {axis}: {at[0][2]} samples stand at {at[0][1]:.6g}, the end of the range. Its noise is cut off; "
             "turn the sensor, or choose a wider range."
         )
-    repeated = float(np.mean(values[1:] == values[:-1]))
     if repeated > REPEATED:
         return (
             f"{sensor} {axis}: {100 * repeated:.0f} % of the samples repeat the one before. Either samples were held, or the quantum is "
@@ -68,7 +71,7 @@ def check_units(recording: Recording, start: float, end: float, sensors: Mapping
             f"{name}: at rest the angular rate is {rate:.4g} rad/s. If it is in deg/s give the unit, --units angular_rate=deg/s "
             "(in Python, multiply first); if the sensor turned, record it at rest."
         )
-    white = sensors["gyroscope"].rms("white") or 0.0
+    white = sensors["gyroscope"].white() or 0.0
     if white > LARGEST_WHITE:
         return [
             f"The white noise of the gyroscope, {math.degrees(white):.3g} °/s/√Hz, is more than any sensor's for people. If the file is in "

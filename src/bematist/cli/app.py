@@ -23,7 +23,21 @@ from bematist.errors import BematistError
 
 _UsageProblem: Any = typer.BadParameter.__mro__[2]  # click's ClickException, in whichever package typer keeps it
 
-ORDER = ("demo", "track", "compare", "attitude", "evaluate", "info", "stance", "methods", "convert", "export", "simulate", "reproduce")
+ORDER = (
+    "demo",
+    "track",
+    "compare",
+    "attitude",
+    "evaluate",
+    "info",
+    "stance",
+    "allan",
+    "methods",
+    "convert",
+    "export",
+    "simulate",
+    "reproduce",
+)
 
 
 class Guarded(TyperGroup):
