@@ -7,6 +7,7 @@ import numpy as np
 
 from bematist import clockfit
 from bematist.ahrs import attitude
+from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
 from bematist.foot import FootIns
 from bematist.io.trajectory_files import write_csv
 from bematist.recording import Recording
@@ -24,6 +25,7 @@ def warm_up() -> None:
         write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
     attitude(recording)
     analyse(recording)
+    overlapping_variance(still[:50, 2].copy(), Stretches((slice(0, 50),), 0.01), averaging_spans(50))
     clockfit.uniform(recording.time + rng.uniform(0, 0.02, n))
 
 

@@ -24,8 +24,8 @@ LARGEST_WHITE = math.radians(0.2)
 """rad/s/√Hz: ten times the noise of a phone's gyroscope."""
 REPEATED = 0.6
 """An axis whose samples equal the one before this often is coarser than its noise."""
-CLIPPED = 0.1
-"""An axis that stands at its extreme this often is saturated, however often it repeats itself."""
+CLIPPED = 0.01
+"""An axis at rest that stands at its extreme this often is saturated; less often, samples were held."""
 
 
 def check_axis(sensor: str, axis: str, values: Array) -> str:
@@ -34,13 +34,13 @@ def check_axis(sensor: str, axis: str, values: Array) -> str:
         return ""
     if np.ptp(values) == 0:
         return f"{sensor} {axis}: every sample is {values[0]:.6g}. The axis is stuck, or was never written; it has no noise."
-    repeated = float(np.mean(values[1:] == values[:-1]))
     at = saturated(values[:, None])
-    if at and (repeated < REPEATED or at[0][2] > CLIPPED * len(values)):  # held samples repeat an extreme as well
+    if at and at[0][2] > CLIPPED * len(values):
         return (
             f"{sensor} {axis}: {at[0][2]} samples stand at {at[0][1]:.6g}, the end of the range. Its noise is cut off; "
             "turn the sensor, or choose a wider range."
         )
+    repeated = float(np.mean(values[1:] == values[:-1]))
     if repeated > REPEATED:
         return (
             f"{sensor} {axis}: {100 * repeated:.0f} % of the samples repeat the one before. Either samples were held, or the quantum is "
