@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import allantools
 import numpy as np
+from scipy.signal import lfilter
 
 import bematist as bm
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
@@ -24,15 +25,15 @@ HOURS, RATE_HZ, AXES, ROUNDS = 5.0, 238.0, 6, 5
 def speed() -> dict[str, float]:
     """Seconds of one thread for all axes, least of five rounds, allantools' for as many, and their ratio."""
     n = int(HOURS * 3600 * RATE_HZ)
-    values = np.random.default_rng(0).standard_normal((n, AXES))
-    pieces, spans = Stretches((slice(0, n),), 1 / RATE_HZ), averaging_spans(n)
+    values = np.random.default_rng(0).standard_normal((AXES, n))
+    pieces, spans, room = Stretches((slice(0, n),), 1 / RATE_HZ), averaging_spans(n), np.empty(n + 1)
 
     def ours() -> None:
         for axis in range(AXES):
-            overlapping_variance(np.ascontiguousarray(values[:, axis]), pieces, spans)
+            overlapping_variance(values[axis], pieces, spans, room)
 
     def theirs() -> None:
-        allantools.oadev(values[:, 0], rate=RATE_HZ, data_type="freq", taus=spans / RATE_HZ)
+        allantools.oadev(values[0], rate=RATE_HZ, data_type="freq", taus=spans / RATE_HZ)
 
     ours()
     pairs = [(_seconds(ours), AXES * _seconds(theirs)) for _ in range(ROUNDS)]  # one after the other: a busy machine slows both alike
@@ -62,12 +63,40 @@ def truths(s: Sensor) -> dict[tuple[str, str], float]:
     }
 
 
+FLICKER_PER_DECADE = 2
+
+
+def flicker(n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
+    """Flicker noise of B = 1 at every averaging time from a few samples on: Gauss-Markov processes, two a decade, to a day."""
+    decades = math.log10(86_400 * rate_hz)
+    times = 10 ** np.arange(0, decades, 1 / FLICKER_PER_DECADE)
+    sd = math.sqrt(math.log(10) / FLICKER_PER_DECADE / math.pi)
+    values = np.zeros(n)
+    for correlation in times:
+        keep = math.exp(-1 / correlation)
+        drive = sd * math.sqrt(1 - keep**2) * rng.standard_normal(n)
+        drive[0] = sd * rng.standard_normal()
+        values += lfilter([1.0], [1.0, -keep], drive)
+    return values
+
+
+def at_rest(name: str, seed: int, hours: float) -> bm.Recording:
+    """A simulated rest whose flicker noise reaches down to single samples; the simulator's own begins at averaging times of 3 s."""
+    s, rng = SENSORS[name], np.random.default_rng([seed, 1])
+    r = simulate("still", s.override({"accel_bias_instability": 0.0, "gyro_bias_instability": 0.0}), seed, rest_s=3600 * hours)
+    force, rate = r.specific_force, r.angular_rate
+    for axis in range(3):
+        force[:, axis] += s.accel_bias_instability * flicker(len(r), s.rate_hz, rng)
+        rate[:, axis] += s.gyro_bias_instability * flicker(len(r), s.rate_hz, rng)
+    return r
+
+
 def study(name: str, seeds: int, hours: float = HOURS) -> list[str]:
     """Lines of a table: how often a coefficient was found, held by its interval (not found: within its bound), and how far off it was."""
     told: dict[tuple[str, str], list[tuple[bool, bool, float]]] = {}
     others: dict[str, int] = {}
     for seed in range(seeds):
-        found = bm.allan(simulate("still", name, seed, rest_s=3600 * hours))
+        found = bm.allan(at_rest(name, seed, hours))
         for row in found.coefficients():
             key = (row["sensor"], row["symbol"])
             truth = truths(SENSORS[name]).get(key, 0.0)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from bematist.allan.covariance import Overlap
 from bematist.allan.deviation import Spacing, Stretches, averaging_spans, overlapping_variance, stretches
@@ -162,13 +162,18 @@ def _assembled(name: str, axes: tuple[str, ...], samples: int, overlap: Overlap,
         samples=samples,
         taus=overlap.taus,
         deviation=np.sqrt(variance),
-        low=np.sqrt(variance * edf / chi2.ppf(1 - tail, edf)),
-        high=np.sqrt(variance * edf / chi2.ppf(tail, edf)),
+        low=np.sqrt(variance * edf / _chi_square(1 - tail, edf)),
+        high=np.sqrt(variance * edf / _chi_square(tail, edf)),
         edf=edf,
         frequency=found[0].frequency,
         density=np.column_stack([c.density for c in found]),
         fits=tuple(c.fit for c in found),
     )
+
+
+def _chi_square(level: float, freedom: Array) -> Array:
+    """Quantile of the chi-square distribution; scipy.stats would take a second to import."""
+    return 2 * gammaincinv(freedom / 2, level)
 
 
 class _Callable(types.ModuleType):

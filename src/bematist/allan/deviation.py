@@ -60,13 +60,14 @@ def averaging_spans(longest: int, spacing: Spacing = "octave") -> NDArray[np.int
     raise UsageError(f'There is no spacing "{spacing}" of averaging times: choose octave or decade.')
 
 
-def overlapping_variance(values: Array, pieces: Stretches, spans: NDArray[np.int64]) -> Array:
+def overlapping_variance(values: Array, pieces: Stretches, spans: NDArray[np.int64], room: Array | None = None) -> Array:
     """Overlapping Allan variance (M,) of one axis (n,) at spans (M,) in samples.
 
     σ²(mτ) = Σ (x[i+2m] - 2 x[i+m] + x[i])² / (2 m² terms), x the running sum of the values; second differences do not reach over a gap.
+    `room` is memory for the running sum of the longest stretch, at least one longer than it, to be used for one axis after the other.
     """
     squares, terms = np.zeros(len(spans)), np.zeros(len(spans))
-    sums = np.empty(int(pieces.lengths.max()) + 1)
+    sums = np.empty(int(pieces.lengths.max()) + 1) if room is None else room
     mean = float(values.mean())
     for rows in pieces.rows:
         n = rows.stop - rows.start

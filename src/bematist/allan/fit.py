@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar, nnls
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from bematist.allan.covariance import Overlap
 from bematist.allan.noises import MARKOV, NOISES, shapes
@@ -96,7 +96,7 @@ def fit_noises(variance: Array, overlap: Overlap, noises: Sequence[str] = NOISES
     found = _chosen(variance / scale, overlap, candidates, 0.0)
     misfit, freedom = found.chi2, len(variance) - found.parameters
     departure = 0.0
-    if freedom > 0 and misfit > chi2.ppf(1 - _MISFIT, freedom):
+    if freedom > 0 and misfit > 2 * gammaincinv(freedom / 2, 1 - _MISFIT):
         departure = _departure(variance / scale, overlap, found, freedom)
         found = _chosen(variance / scale, overlap, candidates, departure)
     return _described(found, variance / scale, overlap, candidates, scale, departure, (misfit, freedom))

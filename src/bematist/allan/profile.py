@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar, nnls
-from scipy.stats import chi2
+from scipy.special import ndtri
 
 from bematist.allan.noises import MARKOV, shapes
 
 Array = NDArray[np.float64]
 
 LEVEL = 0.95
-_RISE = float(chi2.ppf(LEVEL, 1))
-_RISE_ONE_SIDED = float(chi2.ppf(2 * LEVEL - 1, 1))
+_RISE = float(ndtri((1 + LEVEL) / 2)) ** 2
+_RISE_ONE_SIDED = float(ndtri(LEVEL)) ** 2
 _FURTHEST = 1e4
 """An interval does not reach further than this factor from the estimate."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from bematist.allan.noises import MARKOV
 
@@ -22,8 +21,16 @@ def spectral_density(values: Array, rate_hz: float) -> tuple[Array, Array]:
     coefficient N stands at 2 N².
     """
     length = max(min(_LONGEST, 1 << int(np.log2(max(len(values) // _SEGMENTS, 8)))), 8)
-    frequency, density = welch(values, rate_hz, nperseg=min(length, len(values)), detrend="constant")
-    frequency, density = frequency[2:-1], density[2:-1]  # the window leaks the mean into the first, and the last counts half
+    window = np.hanning(length + 1)[:-1]
+    power, count = np.zeros(length // 2 + 1), 0
+    for start in range(0, len(values) - length + 1, length // 2):
+        part = values[start : start + length]
+        spectrum = np.fft.rfft(window * (part - part.mean()))
+        power += spectrum.real**2 + spectrum.imag**2
+        count += 1
+    # The window leaks the mean into the first frequencies, and the last counts half.
+    frequency = np.arange(2, length // 2) * (rate_hz / length)
+    density = 2 * power[2:-1] / (count * rate_hz * np.sum(window**2))
     band = np.floor(PER_DECADE * np.log10(frequency)).astype(int)
     _, first = np.unique(band, return_index=True)
     count = np.diff(np.append(first, len(band)))
