@@ -34,10 +34,11 @@ tried: $(STAMP)
 
 # docs/reproduce: tables and figures of the papers; what was computed is kept in build/reproduce, and only what is missing is computed
 reproduce: $(STAMP)
-	$(BIN)/bematist reproduce maginav -o build/reproduce/maginav
-	mkdir -p docs/reproduce/maginav
-	cp -r build/reproduce/maginav/report.md build/reproduce/maginav/figures build/reproduce/maginav/tables docs/reproduce/maginav/
-	rm -f docs/reproduce/maginav/figures/*.svg docs/reproduce/maginav/tables/*-cases.csv docs/reproduce/maginav/tables/*.md
+	for paper in maginav li-wang; do \
+	  $(BIN)/bematist reproduce $$paper -o build/reproduce/$$paper && mkdir -p docs/reproduce/$$paper && \
+	  cp -r build/reproduce/$$paper/report.md build/reproduce/$$paper/figures build/reproduce/$$paper/tables docs/reproduce/$$paper/ && \
+	  rm -f docs/reproduce/$$paper/figures/*.svg docs/reproduce/$$paper/tables/*-cases.csv docs/reproduce/$$paper/tables/*.md || exit 1; \
+	done
 
 # docs/parameters.md
 docs: $(STAMP)

@@ -89,6 +89,13 @@ def test_path_keeps_its_shape() -> None:
     assert np.linalg.norm(p - drawn, axis=1).max() < 0.01 * np.ptp(p)
 
 
+def test_path_with_rests_keeps_its_corners() -> None:
+    steps = np.cumsum(np.tile([[1.0, 0.0], [0.0, 1.0]], (20, 1)), axis=0)
+    p = np.repeat(steps, 30, axis=0)  # a foot that stands for 30 samples after each step
+    k = path_indices(p, 50)
+    assert len(k) == 40 and (p[k] == steps).all()
+
+
 def test_path_of_one_place_and_of_nothing() -> None:
     assert len(path_indices(np.zeros((50_000, 2)), 100)) <= 100
     assert len(path_indices(np.full((10, 2), np.nan), 100)) == 0

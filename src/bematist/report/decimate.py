@@ -78,11 +78,13 @@ def path_indices(points: ArrayLike, n: int, keep: ArrayLike = ()) -> Index:
 
 
 def _by_distance(p: Array, n: int) -> Index:
-    """First, last, and each point where the distance walked passes a multiple of length/n."""
+    """First, last, and each point where the distance walked passes a multiple of length/n; of few points, each that differs from the last.
+
+    Equal points would be equally far from a chord, so that simplification could not drop one without the others.
+    """
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
-    if len(p) <= n or not walked[-1] > 0:
-        return np.arange(len(p))
-    passed = np.flatnonzero(np.diff(np.floor(walked / walked[-1] * n))) + 1
+    share = walked if len(p) <= n or not walked[-1] > 0 else np.floor(walked / walked[-1] * n)
+    passed = np.flatnonzero(np.diff(share)) + 1
     return np.unique(np.concatenate([[0], passed, [len(p) - 1]]))
 
 

@@ -12,13 +12,13 @@ from pathlib import Path
 from bematist import config
 from bematist.reproduce.study import Study
 
-PAPERS = ("maginav",)
-"""The papers; each is a package of this name with its `STUDY`."""
+PAPERS = ("maginav", "li-wang")
+"""The papers; each is a package of this name, with _ for -, with its `STUDY`."""
 
 
 def find_study(paper: str) -> Study:
     """The study of a paper; UsageError names the nearest."""
-    return importlib.import_module(f"bematist.reproduce.{config.choose('paper', paper, PAPERS)}").STUDY
+    return importlib.import_module(f"bematist.reproduce.{config.choose('paper', paper, PAPERS).replace('-', '_')}").STUDY
 
 
 def reproduce(paper: str, folder: str | Path, *, seeds: int | None = None, jobs: int = 1, only: tuple[str, ...] = ()) -> Path:
