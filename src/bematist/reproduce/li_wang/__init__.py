@@ -19,8 +19,8 @@ STUDY = Study(
         "therefore run on real recordings.",
     ),
     parts=(
-        Part("routes", "The four courses", routes.cases, routes.compute, show_routes, 7.0),
-        Part("recordings", "Real recordings", recordings.cases, recordings.compute, show_recordings, 8.0),
+        Part("routes", "The courses", routes.cases, routes.compute, show_routes, 5.0),
+        Part("recordings", "Real recordings", recordings.cases, recordings.compute, show_recordings, 3.0),
     ),
     claims=claims,
 )
