@@ -112,7 +112,8 @@ def run_both(parameters, recording):
     psd = np.square([p.noise.angle_random_walk, p.noise.velocity_random_walk, 0, p.noise.accel_bias_walk, p.noise.gyro_bias_walk])
     psd[:2] *= recording.rate_hz if p.noise.growth == "per-sample" else 1
     magnetic = {**p.magnetic.model_dump(), "field": a.field} if a.field is not None else None
-    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, magnetic, p.attitude.model_dump())
+    choices = magnetic, p.attitude.model_dump(), p.linearisation == "invariant"
+    dense = twin.Filter(frames.matrix_from_quaternion(a.attitude), a.gyro_bias, P, psd, p.gravity, *choices)
     rows = recording.samples()
     verdicts = detect(rows, p.stance, recording.rate_hz, zero_velocity_sd=p.zero_velocity.sd)
     sd = verdicts[:, 2]
@@ -147,6 +148,8 @@ PRINTED = [
     {"magnetic": {"use": "reset", "triad": "printed"}},
     {"magnetic": {"use": "reset", "covariance": "untouched"}},
     {"noise": {"growth": "per-sample"}},
+    {"linearisation": "invariant"},
+    {"linearisation": "invariant", "magnetic": {"use": "reset"}, "stance": {"rule": "relative"}},
     {"stance": {"placement": "forward"}, "initial": {"average": False}},
     METHODS["maginav-printed"].parameters.model_dump(),
 ]

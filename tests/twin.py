@@ -58,8 +58,9 @@ def triad(a1, b1, a2, b2):
 class Filter:
     """The 15-state error-state filter with dense matrices (error order psi, v, p, b_a, b_g)."""
 
-    def __init__(self, C, gyro_bias, P, psd, g, magnetic=None, attitude=None):
+    def __init__(self, C, gyro_bias, P, psd, g, magnetic=None, attitude=None, invariant=False):
         self.start, self.attitude = C, attitude or {"propagation": "common", "integration": "exact", "force_at": "middle"}
+        self.invariant, self.predicted = invariant, np.zeros(3)
         self.integral, self.since_field = np.zeros(3), 0.0
         self.C, self.v, self.p = C, np.zeros(3), np.zeros(3)
         self.ba, self.bg, self.P = np.zeros(3), np.array(gyro_bias, float), np.array(P, float)
@@ -114,11 +115,17 @@ class Filter:
         return w * dt + a["kp"] * e + self.integral * dt, np.zeros(4)
 
     def integrate(self, middle, f, dt):
-        f_n = middle @ f
+        f_n, before = middle @ f, self.v
         v = self.v + (f_n - np.array([0, 0, self.g])) * dt
         self.p = self.p + (self.v + v) * dt / 2
         self.v = v
         Phi = self.transition(middle, f_n, dt)
+        if self.invariant:
+            # P was last written with the errors about the predicted velocity: dv + v x psi is the same before and after a correction.
+            T = np.eye(15)
+            T[3:6, :3] = -skew(before - self.predicted)
+            Phi[3:6, :3] = (Phi @ T)[3:6, :3]
+        self.predicted = self.v
         self.P = Phi @ self.P @ Phi.T + np.diag(np.repeat(self.psd, 3)) * dt
 
     def update(self, H, z, R, attitude=True):
@@ -136,6 +143,8 @@ class Filter:
     def zero_velocity(self, sd, attitude=True):
         H = np.zeros((3, 15))
         H[:, 3:6] = np.eye(3)
+        if self.invariant:
+            H[:, :3] = skew(self.v)
         return self.update(H, self.v.copy(), np.eye(3) * sd**2, attitude)
 
     def set_attitude(self, raw, m):

@@ -60,8 +60,9 @@ METHODS: dict[str, Method] = {
             "The default for a shoe: zero velocity believed by how quiet the stance is, walking and running alike, and heading from the "
             "magnetic field where it is undisturbed.",
             "bematist",
-            "MAGINAV 1-7, 14-24; noise following the stance statistic; heading as a measurement",
+            "MAGINAV 1-7, 14-24, with invariant errors; noise following the stance statistic; heading as a measurement",
             _foot(
+                linearisation="invariant",
                 stance={"rule": "relative", "window_s": 0.05},
                 magnetic={"use": "heading"},
                 noise={"angle_random_walk": math.radians(0.2), "velocity_random_walk": 0.1},

@@ -82,6 +82,12 @@ class FootParameters(Parameters):
     states: Literal[9, 15] = Field(
         default=15, description="15: attitude, velocity, position and both offsets (MAGINAV eq 18). 9: without the offsets."
     )
+    linearisation: Literal["printed", "invariant"] = Field(
+        default="printed",
+        description="printed: errors of velocity as MAGINAV eqs 20-22 have them; every stance then seems to tell a little of the heading, "
+        "and its uncertainty becomes several times too small. invariant: errors of velocity in axes that turn with the attitude's error "
+        "(invariant Kalman filter), so that zero velocity says nothing of heading, which it cannot.",
+    )
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
     attitude: AttitudeParameters = AttitudeParameters()
     stance: StanceParameters = StanceParameters()

@@ -48,6 +48,7 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[kernel.PSD_GYRO_BIAS] = p.noise.gyro_bias_walk**2 * biases
     prm[kernel.WEIGHT_A], prm[kernel.WEIGHT_G] = p.stance.accel_sd**-2, p.stance.gyro_sd**-2
     prm[kernel.THRESHOLD], prm[kernel.FLOOR], prm[kernel.RATIO] = p.stance.limit, p.stance.least, p.stance.ratio
+    prm[kernel.INVARIANT] = p.linearisation == "invariant"
     prm[kernel.ZERO_VELOCITY_SD] = p.zero_velocity.sd
     prm[kernel.GAP_S] = p.gap.seconds(rate_hz)
     prm[kernel.GAP_RATE], prm[kernel.GAP_SPEED] = p.gap.rate_sd, p.gap.speed_sd

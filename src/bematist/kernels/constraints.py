@@ -74,7 +74,7 @@ def zero_angular_rate(S, prm, dt, standing, diag, k):
     else:
         S[QUIET_S] += dt
     if standing and S[QUIET_S] >= prm[ZARU_AFTER_S] and S[ROW + 10] == MEASURED:
-        diag[k, ZARU_NIS] = vector_measurement(S, 12, z0, z1, z2, prm[ZARU_VARIANCE])
+        diag[k, ZARU_NIS] = vector_measurement(S, 12, z0, z1, z2, 0.0, 0.0, 0.0, prm[ZARU_VARIANCE])
         feed_back(S, True)
 
 

@@ -77,27 +77,34 @@ def feed_back(S, attitude):
 
 
 @inlined
-def vector_measurement(S, first, z0, z1, z2, variance):
-    """Estimate the error E from z = x[first:first + 3] + noise, the variance the same on each axis, and update P. Returns the NIS.
+def vector_measurement(S, first, z0, z1, z2, t0, t1, t2, variance):
+    """Estimate the error E from z = x[first:first + 3] + t x psi + noise, the variance the same on each axis; update P. Returns the NIS.
 
-    MAGINAV eqs 21, 22, 24 (erratum: H is 3x15). With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by
-    construction, and E = W L⁻¹ z.
+    MAGINAV eqs 21, 22, 24 (erratum: H is 3x15) for z = v and t = 0; first is at least 3. With t = v, z is the error dv + v x psi of the
+    velocity in axes turned by psi, to which a turn of the whole path about up, dv = psi x v, adds nothing; since the true velocity is
+    zero, z is that error too. With S = H P Hᵀ + R = L Lᵀ and W = P Hᵀ L⁻ᵀ: P ← P - W Wᵀ, which is symmetric by construction, and
+    E = W L⁻¹ z.
     """
     p, q, r = 16 * first, 16 * first + 16, 16 * first + 32
-    l00 = math.sqrt(S[p + first] + variance)
+    for c in range(16):
+        S[W + c] = S[p + c] + t1 * S[32 + c] - t2 * S[16 + c]
+        S[W + 16 + c] = S[q + c] + t2 * S[c] - t0 * S[32 + c]
+        S[W + 32 + c] = S[r + c] + t0 * S[16 + c] - t1 * S[c]
+    o = W + first
+    l00 = math.sqrt(S[o] + t1 * S[W + 2] - t2 * S[W + 1] + variance)
     i0 = 1 / l00
-    l10 = S[q + first] * i0
-    l20 = S[r + first] * i0
-    i1 = 1 / math.sqrt(S[q + first + 1] + variance - l10 * l10)
-    l21 = (S[r + first + 1] - l20 * l10) * i1
-    i2 = 1 / math.sqrt(S[r + first + 2] + variance - l20 * l20 - l21 * l21)
+    l10 = (S[o + 16] + t1 * S[W + 18] - t2 * S[W + 17]) * i0
+    l20 = (S[o + 32] + t1 * S[W + 34] - t2 * S[W + 33]) * i0
+    i1 = 1 / math.sqrt(S[o + 17] + t2 * S[W + 16] - t0 * S[W + 18] + variance - l10 * l10)
+    l21 = (S[o + 33] + t2 * S[W + 32] - t0 * S[W + 34] - l20 * l10) * i1
+    i2 = 1 / math.sqrt(S[o + 34] + t0 * S[W + 33] - t1 * S[W + 32] + variance - l20 * l20 - l21 * l21)
     y0 = z0 * i0
     y1 = (z1 - l10 * y0) * i1
     y2 = (z2 - l20 * y0 - l21 * y1) * i2
     for c in range(16):
-        a = S[p + c] * i0
-        b = (S[q + c] - l10 * a) * i1
-        g = (S[r + c] - l20 * a - l21 * b) * i2
+        a = S[W + c] * i0
+        b = (S[W + 16 + c] - l10 * a) * i1
+        g = (S[W + 32 + c] - l20 * a - l21 * b) * i2
         S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
         S[E + c] = a * y0 + b * y1 + g * y2
     for row in range(15):

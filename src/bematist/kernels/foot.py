@@ -21,7 +21,8 @@ def correct(S, prm, sd, reset, diag, k):
     """The updates of a sample in stance, states 2 and 3 of MAGINAV Table 2."""
     for i in range(3):
         diag[k, at.INNOVATION + i] = -S[V + i]
-    diag[k, at.NIS] = vector_measurement(S, 3, S[V], S[V + 1], S[V + 2], sd * sd)
+    v0, v1, v2, t = S[V], S[V + 1], S[V + 2], prm[at.INVARIANT]
+    diag[k, at.NIS] = vector_measurement(S, 3, v0, v1, v2, t * v0, t * v1, t * v2, sd * sd)
     diag[k, at.ZV_SD] = sd
     diag[k, at.STATE] = 3.0 if reset else 2.0
     feed_back(S, not reset)

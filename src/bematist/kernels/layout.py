@@ -9,7 +9,8 @@ QUIET_S, SWING_S, STANCE_S, YAW_FIRST, YAW_SUM, YAW_COUNT, YAW_LAST, YAW_BEFORE,
 FIELD_AT, FIELD_BIAS, FIELD_S, FIELD_KNOWN = 498, 501, 504, 505
 # of `pace`: the threshold in force, the class, and the windows, whose rings follow after the workspace
 LIMIT_NOW, CLASS, PLACE, FILLED, SPEEDS, LARGEST = range(506, 512)
-WORKSPACE_SIZE = 512
+PREDICTED = 512  # velocity before the corrections of the last sample (3)
+WORKSPACE_SIZE = 520
 
 # parameters prm
 (
@@ -83,8 +84,9 @@ WORKSPACE_SIZE = 512
     PACE_LIMIT,
     _,
     _,
-) = range(NORTH_N + 1, NORTH_N + 26)
-PARAMETERS = NORTH_N + 26
+    INVARIANT,
+) = range(NORTH_N + 1, NORTH_N + 27)
+PARAMETERS = INVARIANT + 1
 
 COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 EXACT, FIRST_ORDER, FIRST_ORDER_MATRIX = 0.0, 1.0, 2.0

@@ -9,7 +9,7 @@ from bematist.kernels import layout as at
 from bematist.kernels.ahrs import first_order, madgwick_direction, mahony_error
 from bematist.kernels.error_state import propagate_covariance
 from bematist.kernels.jit import inlined
-from bematist.kernels.layout import BA, BG, FIELD_TIME, INTEGRAL, RATE, ROW, STARTED, TIME, Q, V, X
+from bematist.kernels.layout import BA, BG, FIELD_TIME, INTEGRAL, PREDICTED, RATE, ROW, STARTED, TIME, Q, V, X
 from bematist.kernels.magnetic import magnetic_gate, set_attitude
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
 
@@ -37,6 +37,7 @@ def bridge(S, prm, dt, w0, w1, w2):
         for c in range(15):
             S[16 * (3 + r) + c] = 0.0
             S[16 * c + 3 + r] = 0.0
+    S[PREDICTED], S[PREDICTED + 1], S[PREDICTED + 2] = S[V], S[V + 1], S[V + 2]
     for i in range(3):
         S[17 * i] += angle * angle
         S[17 * (3 + i)] = speed2
@@ -148,13 +149,17 @@ def predict(S, prm, dt, standing, still, diag, k):
         n0 = (C0 * f0 + C1 * f1 + C2 * f2) * dt
         n1 = (C3 * f0 + C4 * f1 + C5 * f2) * dt
         n2 = (C6 * f0 + C7 * f1 + C8 * f2) * dt
+        # The errors of velocity are counted with the velocity as predicted; corrections moved it by d since (see `zero_velocity`).
+        t = prm[at.INVARIANT]
+        d0, d1, d2 = t * (S[V] - S[PREDICTED]), t * (S[V + 1] - S[PREDICTED + 1]), t * (S[V + 2] - S[PREDICTED + 2])
         integrate(S, n0, n1, n2 - prm[at.G] * dt, h)
         propagate_covariance(
             S,
             *(C0 * dt, C1 * dt, C2 * dt, C3 * dt, C4 * dt, C5 * dt, C6 * dt, C7 * dt, C8 * dt),
-            *(n0, n1, n2, dt),
+            *(n0 + d0, n1 + d1, n2 + d2, dt),
             *(prm[at.PSD_ATTITUDE] * dt, prm[at.PSD_VELOCITY] * dt, prm[at.PSD_ACCEL_BIAS] * dt, prm[at.PSD_GYRO_BIAS] * dt),
         )
+    S[PREDICTED], S[PREDICTED + 1], S[PREDICTED + 2] = S[V], S[V + 1], S[V + 2]
     return reset
 
 
