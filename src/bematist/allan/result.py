@@ -165,7 +165,7 @@ class AllanResult:
         lines = [f"Noise identified by bematist allan: {self.source or 'arrays'}, {self.start_s:.1f} to {self.end_s:.1f} s."]
         lines += [f"{row['sensor']} {row['axis']}: {describe(row)}" for row in self.coefficients() if row["found"]]
         lines.append(f"The bias walks have the Allan deviation of all slow noises at {horizon_s:g} s.")
-        lines.append("It is the noise of the sensor at rest, a floor: in motion errors of scale and alignment come on top, and a shoe needs more.")
+        lines.append("It is the noise at rest, a floor: in motion errors of scale and alignment come on top, and a shoe needs more.")
         comments = "".join(f"# {line}\n" for line in lines)
         return comments + "\n" + to_toml({"parameters": {"noise": self.noise(horizon_s)}})
 
