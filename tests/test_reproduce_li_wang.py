@@ -94,6 +94,7 @@ def test_verdicts_follow_the_counts():
     better, worse, even = (Compared(1, 1, *k, 20) for k in ((20, 0), (0, 20), (10, 10)))
     assert verdict([better, better]) == "holds"
     assert verdict([worse]) == "does not hold, the opposite does"
+    assert verdict([even, even]) == "undecided"
     assert verdict([better, worse, even]) == "holds on 1 of 3 courses, the opposite on 1, undecided on 1"
 
 

@@ -51,6 +51,8 @@ def verdict(found: Iterable[Compared]) -> str:
         return "holds"
     if against == total:
         return "does not hold, the opposite does"
+    if open_ == total:
+        return "undecided"
     undecided = f", undecided on {open_}" if open_ else ""
     return f"holds on {for_it} of {total} courses, the opposite on {against}{undecided}"
 
@@ -129,16 +131,15 @@ def _attitudes(frame: pl.DataFrame, real: pl.DataFrame | None) -> list[Claim]:
         ),
         _pair(
             frame, real, "bias correction is included in Mahony and Madgwick, eqs 5-6 are not needed (2.1)", "madgwick-9 raw",
-            "madgwick-9", "rms_m", "With K_i 0 (Table 1) and β alone neither estimates an offset; all of it stays in yaw. On the real "
-            "recordings it is small against what the AHRS does.",
+            "madgwick-9", "rms_m", "With K_i 0 (Table 1) and β alone neither estimates an offset; all of it stays in yaw (see the pair "
+            "for Common). What Madgwick turns by itself is as much, so that an offset of the other sign looks like a help.",
         ),
     ]  # fmt: skip
 
 
 def _states(frame: pl.DataFrame, real: pl.DataFrame | None) -> list[Claim]:
-    nearly = (
-        "Foot at rest: only at both ends of the course, where 10 s told the offset already. Turns: HDR leaves differences above 4° alone."
-    )
+    rest = "The foot rests only at both ends of the course, and the 10 s at the start have told the offset already."
+    held = "HDR holds back a part of the turn that Madgwick makes, on straight legs. " + rest
     return [
         _pair(
             frame, real, "offsets as states correct the drift of the 9-state filter (4.2)", "15", "common-9", "rms_m",
@@ -148,14 +149,14 @@ def _states(frame: pl.DataFrame, real: pl.DataFrame | None) -> list[Claim]:
             frame, real, "the same with Madgwick (4.2)", "15m", "madgwick-9", "rms_m",
             "The offset absorbs a part of what the AHRS does wrong.",
         ),
-        _pair(frame, real, "ZARU and HDR help: 15MZH is closer to the truth than 15M (4.2, Figures 8, 9)", "15mzh", "15m", "rms_m", nearly),
-        _pair(frame, real, "… ZARU alone, without Madgwick", "15z", "15", "rms_m", nearly),
+        _pair(frame, real, "ZARU and HDR help: 15MZH is closer to the truth than 15M (4.2, Figures 8, 9)", "15mzh", "15m", "rms_m", held),
+        _pair(frame, real, "… ZARU alone, without Madgwick", "15z", "15", "rms_m", rest),
         _pair(
             frame, real, "… HDR alone, without Madgwick", "15h", "15", "rms_m",
-            "It fixes what is straight: it helps on long straight legs, and takes slow turns and the scatter of footfalls for drift.",
+            "It takes slow turns and the scatter of the feet for drift, and there is little drift to hold back.",
         ),
         _pair(
-            frame, real, "… both at every sample with the wide σ of reference 23, with Madgwick", "15mzh literal", "15m", "rms_m", nearly,
+            frame, real, "… both at every sample with the wide σ of reference 23, with Madgwick", "15mzh literal", "15m", "rms_m", held,
         ),
         _pair(
             frame, real, "Madgwick helps: 15MZH is closer to the truth than 15ZH (4.2, Figures 8, 9)", "15mzh", "15zh", "rms_m",

@@ -41,7 +41,7 @@ def show(results: Results, page: Page) -> None:
     page.figure("figure-11", _norms(shown), "Figure 11 anew: norm of the angular rate with the thresholds; true stances grey.")
     page.figure("figure-12-16", _pace(three), "Figures 12 to 16 anew, Route 3: angular rate, 15mzh's speed, its mean, class over time.")
     page.figure("figure-17", _plans([three], ("15mzh", "15mzha", "foot")), "Figure 17 anew: Route 3 with fixed and adaptive threshold.")
-    page.figure("figure-20-21", _plans([laps, rocking], ("15mzh", "15mzha", "foot")), "Figures 20 and 21 anew: three laps.")
+    page.figure("figure-20-21", _plans([laps, rocking], ("15mzh", "15mzha", "foot"), 20.0), "Figures 20 and 21 anew: three laps.")
 
 
 def _typical(results: Results, route: str, variant: str) -> Result:
@@ -76,10 +76,14 @@ def _courses(shown: list[Result]) -> Figure:
     return figure
 
 
-def _plans(shown: list[Result], names: tuple[str, ...]) -> Figure:
+def _plans(shown: list[Result], names: tuple[str, ...], margin_m: float | None = None) -> Figure:
+    """Paths beside the truth; no further from it than the margin, if one is given."""
     figure, axes = sheet(1, len(shown), width=10 if len(shown) > 1 else 8, height=4.5)
     for a, result in zip(axes, shown, strict=True):
         _plan(a, result, names)
+        if margin_m is not None:
+            low, high = (f(result.arrays["truth plan"], axis=0) for f in (np.min, np.max))
+            a.set(xlim=(low[0] - margin_m, high[0] + margin_m), ylim=(low[1] - margin_m, high[1] + margin_m))
     axes[-1].legend(frameon=False, fontsize=9)
     return figure
 
