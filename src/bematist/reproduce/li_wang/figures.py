@@ -83,6 +83,7 @@ def _plans(shown: list[Result], names: tuple[str, ...], margin_m: float | None =
         _plan(a, result, names)
         if margin_m is not None:
             low, high = (f(result.arrays["truth plan"], axis=0) for f in (np.min, np.max))
+            a.set_aspect("equal", adjustable="box")
             a.set(xlim=(low[0] - margin_m, high[0] + margin_m), ylim=(low[1] - margin_m, high[1] + margin_m))
     axes[-1].legend(frameon=False, fontsize=9)
     return figure

@@ -93,10 +93,10 @@ def show_recordings(results: Results, page: Page) -> None:
     frame = results.frame
     known = frame.filter(pl.col("rms_m").is_not_null()) if "rms_m" in frame.columns else frame.head(0)
     page.text(
-        "The paper's recordings (its reference 25) are not at hand; these are other real ones. The methods start eastward, and "
-        "yaw and place are fitted to the reference, since its directions have nothing to do with the sensor's; where there is no reference, the distance "
-        "between start and end of the path is all there is (both walks ended near their start). Only here does `foot` use a magnetometer, "
-        "where the recording has one."
+        "The paper's recordings (its reference 25) are not at hand; these are other real ones. The methods start eastward, and yaw and "
+        "place are fitted to the reference, since its directions have nothing to do with the sensor's; where there is no reference, the "
+        "distance between start and end of the path is all there is (both walks ended near their start). Only here does `foot` use a "
+        "magnetometer, where the recording has one."
     )
     names = frame["recording"].unique(maintain_order=True).to_list()
     referenced = known["recording"].unique(maintain_order=True).to_list()
