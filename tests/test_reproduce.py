@@ -31,7 +31,7 @@ def walk(settings):
     """A short walk by one method."""
     if settings.get("slow"):
         time.sleep(0.3)
-    return walks.compute({**SHORT, "methods": [settings["method"]], "seed": settings["seed"]})
+    return walks.compute({**SHORT, "methods": {settings["method"]: {}}, "seed": settings["seed"]})
 
 
 def broken(settings):

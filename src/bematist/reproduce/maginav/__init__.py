@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bematist.reproduce.maginav import attitude, consistency, sensitivity, timing, walks
+from bematist.reproduce.maginav import attitude, consistency, sensitivity, timing, tuned, walks
 from bematist.reproduce.maginav.claims import claims
-from bematist.reproduce.maginav.show import show_attitude, show_time, show_walks
+from bematist.reproduce.maginav.show import show_attitude, show_time, show_tuned, show_walks
 from bematist.reproduce.maginav.show_choices import show_consistency, show_sensitivity
 from bematist.reproduce.study import Part, Study
 
@@ -22,6 +22,7 @@ STUDY = Study(
     parts=(
         Part("attitude", "Figure 3: five hours at rest", attitude.cases, attitude.compute, show_attitude, 12.0),
         Part("walks", "Figures 5, 6 and 8: the walk", walks.cases, walks.compute, show_walks, 6.0),
+        Part("tuned", "The walk again, every method tuned", tuned.cases, walks.compute, show_tuned, 4.5),
         Part("time", "Table 4: run times", timing.cases, timing.compute, show_time, 25.0, alone=True),
         Part("consistency", "Do the filters know how wrong they are?", consistency.cases, consistency.compute, show_consistency, 3.5),
         Part("sensitivity", "Which choices matter", sensitivity.cases, sensitivity.compute, show_sensitivity, 25.0),

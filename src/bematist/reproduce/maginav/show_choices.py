@@ -69,7 +69,7 @@ def show_consistency(results: Results, page: Page) -> None:
 
 def _nees_figure(found: dict[tuple[str, str], np.ndarray], low: float, high: float) -> Figure:
     setups = [s for s in consistency.SETUPS if "without" not in s]
-    figure, axes = sheet(len(setups), 3, width=9, height=1.8 * len(setups))
+    figure, axes = sheet(len(setups), 3, width=9.5, height=1.9 * len(setups))
     for row, setup in enumerate(setups):
         for k, quantity in enumerate(consistency.QUANTITIES):
             a = axes[3 * row + k]
@@ -79,6 +79,7 @@ def _nees_figure(found: dict[tuple[str, str], np.ndarray], low: float, high: flo
                     share = np.linspace(0, 1, len(values) + 1)[1:]
                     a.plot(share, np.maximum(values[:, k], 1e-3), color=METHOD_COLORS[method], linewidth=1.2, label=method)
             a.set_yscale("log")
+            a.set_ylim(2e-3, 2e3)
             a.set_title(f"{setup}: {quantity}", loc="left", fontsize=9)
     for a in axes[-3:]:
         a.set_xlabel("share of the walk")

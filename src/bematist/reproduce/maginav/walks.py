@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from bematist.methods import track
@@ -10,15 +13,17 @@ from bematist.reproduce.numbers import error_along, judged, thinned, walk_number
 from bematist.reproduce.study import Found, Settings
 from bematist.simulate import simulate_walk
 
-METHODS = ("zupt", "maginav", "maginav-printed", "madgwick-zupt", "mahony-zupt", "foot")
-WALKS = {"disturbed": {}, "undisturbed": {"disturbed": False}}
+METHODS: dict[str, dict[str, Any]] = {m: {} for m in ("zupt", "maginav", "maginav-printed", "madgwick-zupt", "mahony-zupt", "foot")}
+"""The methods, as they come."""
+
+WALKS: dict[str, dict[str, Any]] = {"disturbed": {}, "undisturbed": {"disturbed": False}}
 """What is changed of the scenario."""
 
 
-def cases(seeds: int) -> list[Settings]:
-    """One walk each, tracked by all methods."""
+def cases(seeds: int, methods: Mapping[str, Mapping[str, Any]] = METHODS) -> list[Settings]:
+    """One walk each, tracked by all methods with what is changed of them."""
     return [
-        {"walk": walk, "scenario": "campus", "changes": changes, "methods": METHODS, "seed": seed}
+        {"walk": walk, "scenario": "campus", "changes": changes, "methods": methods, "seed": seed}
         for walk, changes in WALKS.items()
         for seed in range(seeds)
     ]
@@ -30,8 +35,8 @@ def compute(settings: Settings) -> Found:
     truth = thinned(made.truth, 25.0)
     plan = truth.position[:, :2]
     rows, arrays = [], {"truth": plan[path_indices(plan, 1500)].astype(np.float32)}
-    for method in settings["methods"]:
-        t = track(made.recording, method)
+    for method, changes in settings["methods"].items():
+        t = track(made.recording, method, **changes)
         e = judged(t, truth)
         plan = t.position[:, :2]
         rows.append({"method": method, **walk_numbers(t, e)})
