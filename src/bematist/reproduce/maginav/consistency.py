@@ -56,16 +56,20 @@ _FIELD: dict[str, Any] = {
 }
 """TRIAD's errors as the noise of one sample makes them, MAGINAV Table 3."""
 
-SHIPPED: dict[str, Any] = {"zupt": {}, "maginav": {}, "foot": {}}
+_INVARIANT: dict[str, Any] = {"linearisation": "invariant"}
 
-SETUPS: dict[str, tuple[str, str, dict[str, Any], dict[str, Any]]] = {
-    "matched, 1 minute": ("short", "lsm9ds1", WHITE, {"zupt": _NOISE, "maginav": _NOISE | _FIELD}),
-    "matched, 20 minutes": ("campus", "lsm9ds1", WHITE, {"zupt": _NOISE, "maginav": _NOISE | _FIELD}),
-    "matched, samples without noise": ("campus", "ideal", UNDISTURBED | {"gravity": STANDARD_GRAVITY}, {"zupt": _NOISE}),
+Runs = dict[str, tuple[str, dict[str, Any]]]
+MATCHED: Runs = {"zupt": ("zupt", _NOISE), "zupt, invariant": ("zupt", _NOISE | _INVARIANT), "maginav": ("maginav", _NOISE | _FIELD)}
+SHIPPED: Runs = {name: (name, {}) for name in ("zupt", "maginav", "foot")}
+
+SETUPS: dict[str, tuple[str, str, dict[str, Any], Runs]] = {
+    "matched, 1 minute": ("short", "lsm9ds1", WHITE, MATCHED),
+    "matched, 20 minutes": ("campus", "lsm9ds1", WHITE, MATCHED),
+    "matched, samples without noise": ("campus", "ideal", UNDISTURBED | {"gravity": STANDARD_GRAVITY}, {"zupt": MATCHED["zupt"]}),
     "shipped, undisturbed": ("campus", "lsm9ds1", UNDISTURBED, SHIPPED),
     "shipped, disturbed": ("campus", "lsm9ds1", {}, SHIPPED),
 }
-"""Scenario, sensor, what is changed of them, and the methods with what is changed of them."""
+"""Scenario, sensor, what is changed of them, and by name the methods with what is changed of them."""
 
 
 def cases(seeds: int) -> list[Settings]:
@@ -82,14 +86,14 @@ def compute(settings: Settings) -> Found:
     made = simulate_walk(settings["scenario"], settings["sensor"], settings["seed"], **settings["changes"])
     rows: list[Row] = []
     arrays: dict[str, Array] = {}
-    for method, changes in settings["methods"].items():
+    for name, (method, changes) in settings["methods"].items():
         t = track(made.recording, method, **changes)
         found = nees_along(t, made.truth, POINTS)
         heading = attitude_error_vectors(t.attitude[-1:], made.truth.attitude[-1:])[0, 2]
-        rows.append({"method": method} | {f"nees_{q}": float(found[-1, k]) for k, q in enumerate(QUANTITIES)})
+        rows.append({"method": name} | {f"nees_{q}": float(found[-1, k]) for k, q in enumerate(QUANTITIES)})
         rows[-1]["heading_deg"] = math.degrees(heading)
         rows[-1]["heading_sd_deg"] = math.degrees(math.sqrt(t.packed_covariance[-1, 17]))
-        arrays[method] = found
+        arrays[name] = found
     return Found(rows, arrays)
 
 

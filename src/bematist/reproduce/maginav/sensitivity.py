@@ -27,6 +27,7 @@ STANCE: dict[str, dict[str, dict[str, Any]]] = {
 
 OTHERS: dict[str, dict[str, dict[str, Any]]] = {
     "attitude of f (eq 14)": {"end of the interval": {"attitude": {"force_at": "end"}}},
+    "errors (eqs 20-22)": {"invariant": {"linearisation": "invariant"}},
     "C (eqs 8, 9)": {"first order, made orthogonal": {"attitude": {"integration": "first-order-matrix"}}},
     "Q (eq 23)": {"variance of a sample × τ": {"noise": {"growth": "per-sample"}}},
     "gyroscope's noise": {f"{d:g} °/√s": {"noise": {"angle_random_walk": math.radians(d)}} for d in (0.017, 0.5)},
@@ -55,6 +56,7 @@ RIVALS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
 
 WALKS: dict[str, tuple[dict[str, Any], dict[str, dict[str, dict[str, dict[str, Any]]]]]] = {
     "still foot": ({}, {"zupt": STANCE | OTHERS, "maginav": STANCE | OTHERS | MAGNETIC, **RIVALS}),
+    "still foot, undisturbed": ({"disturbed": False}, {"maginav": STANCE | OTHERS | MAGNETIC}),
     "rocking foot": ({"rocking_deg": 3.0}, {"zupt": STANCE, "maginav": STANCE}),
 }
 """What is changed of the scenario, and what is varied for each method."""

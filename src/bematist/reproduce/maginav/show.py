@@ -16,7 +16,7 @@ from bematist.reproduce.study import Result, Results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-METHOD_COLORS = colored(["maginav", "zupt", "foot", "madgwick-zupt", "mahony-zupt", "maginav-printed"])
+METHOD_COLORS = colored(["maginav", "zupt", "foot", "madgwick-zupt", "mahony-zupt", "maginav-printed", "zupt, invariant"])
 
 
 def show_attitude(results: Results, page: Page) -> None:
