@@ -37,6 +37,7 @@ from bematist.simulate import simulate  # noqa: E402
 YARDSTICK = Path(os.environ.get("BEMATIST_YARDSTICK", ROOT.parent / "shared" / "yardstick" / "floor.cpp"))
 ROUNDS = 15
 WINDOW = 9
+NATIVE_METHODS = ("foot", "zupt", "maginav", "common-9")
 
 
 def thread_time(call: Callable[[], object]) -> float:
@@ -196,7 +197,9 @@ def main() -> None:
         best = np.minimum(times["native rows"], times["native blocks"])
         for method in bm.METHODS:
             ratio = float(np.median(np.array(times[method]) / (best + times["native detector"])))
-            table.append((f"`{method}`, detector and covariances included, against native C++", f"{ratio:.2f}", "≤ 1.3"))
+            # What the native filter does not do (AHRS, more updates) has no aim.
+            aim = "≤ 1.3" if method in NATIVE_METHODS else "–"
+            table.append((f"`{method}`, detector and covariances included, against native C++", f"{ratio:.2f}", aim))
         ratio = float(np.median(np.array(times["detector"]) / times["native detector"]))
         table.append(("stance detector alone against native C++", f"{ratio:.2f}", "≤ 1.25"))
     table.append(("the same filter as a NumPy loop, against `zupt`", f"{slow / ns['zupt']:.0f}", "≥ 250"))
