@@ -62,6 +62,18 @@ def test_filters_equal_their_twin(case, magnetometer, integration):
     assert (np.ptp(got.gyro_bias, 0).max() > 1e-3) == (p.gains[1] > 0)
 
 
+def test_mahonys_pull_does_not_depend_on_the_magnetometers_rate():
+    """An offset of the gyroscope is held off by the field; by how much, is the same with a sample in every row and in every twelfth."""
+    r, truth = turning(n=9000, rate=240, noise=0)
+    w = r.angular_rate.copy()
+    w[2000:] += [0, 0, 0.02]
+    off = {}
+    for every in (1, 3, 12):
+        few = r.replace(angular_rate=w, magnetic_time=r.time[::every], magnetic_flux_density=r.magnetic_flux_density[::every])
+        off[every] = apart(bm.attitude(few, filter="mahony", kp=1.0, ki=0.0).attitude[-4000:], truth[-4000:]).mean()
+    assert off[3] == pytest.approx(off[1], rel=0.1) and off[12] == pytest.approx(off[1], rel=0.3), off
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_every_cutting_gives_the_same_bits(case):
     r = shaken(2600)

@@ -278,6 +278,14 @@ def test_options_win_over_the_configuration(recording: Path) -> None:
     assert (used["threshold"], used["window_s"], used["detector"]) == (70, 0.08, "ared")
 
 
+def test_a_threshold_means_the_absolute_rule(recording: Path) -> None:
+    """With the default method, whose own rule is another one; also on top of a stored configuration."""
+    own = track()
+    low, high = track("--set", "stance.threshold=20"), track("--config", "out/config.toml", "--set", "stance.threshold=400", out="high")
+    assert low["stance"].mean() < high["stance"].mean()
+    assert not own.equals(low)
+
+
 @pytest.mark.parametrize(
     ("content", "args", "says"),
     [

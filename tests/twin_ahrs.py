@@ -87,13 +87,17 @@ def run(recording, start, bias, kind, gain, bias_gain, exact, north, magnetomete
     rows = recording.samples()
     q, b = np.array(start, float), np.array(bias, float)
     attitudes, offsets = [q], [b]
+    seen = rows[0, 0]
     half = 0.5 * np.arctan2(north[1], north[0])
     frame = np.array([np.cos(half), 0, 0, np.sin(half)])
     for k in range(1, len(rows)):
         dt = rows[k, 0] - rows[k - 1, 0]
         f, w, m = rows[k, 1:4], rows[k, 4:7], rows[k, 7:10] if magnetometer else None
         if kind == "mahony":
-            e = error(q, f, m, north)
+            e = error(q, f, None, north)
+            if usable(m):
+                e = e + error(q, None, m, north) * min(rows[k, 0] - seen, 0.1) / dt
+                seen = rows[k, 0]
             b = b - bias_gain * e * dt
             q = turn(q, w - b + gain * e, dt, exact)
         elif kind == "madgwick":

@@ -53,6 +53,14 @@ def choose(what: str, name: str, known: Iterable[str]) -> str:
     raise UsageError(f'There is no {what} "{name}".{closest(name, known)} Known: {", ".join(known)}.')
 
 
+def with_rule(changes: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Changes to a method's parameters in which a stance threshold, given without a rule, means the absolute rule."""
+    stance = changes.get("stance")
+    if isinstance(stance, Mapping) and stance.get("threshold") is not None and "rule" not in stance:
+        return {**changes, "stance": {**stance, "rule": "absolute"}}
+    return changes
+
+
 def read_toml(path: Path) -> Table:
     """The tables of a TOML file.
 

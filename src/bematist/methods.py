@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bematist import config as config_tables
 from bematist.errors import UsageError
 from bematist.foot import FootIns, FootParameters
 from bematist.recording import Recording
@@ -202,13 +203,5 @@ def track(
     if not isinstance(recording, Recording):
         raise UsageError(f"track takes a Recording, not {type(recording).__name__}: read the file first, track(read(path)).")
     m = find_method(method)
-    parameters = m.parameters.override(_with_rule(config or {})).override(_with_rule(overrides))
+    parameters = m.parameters.override(config_tables.with_rule(config or {})).override(config_tables.with_rule(overrides))
     return FootIns(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)
-
-
-def _with_rule(changes: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A threshold belongs to the absolute rule: who gives one means that rule."""
-    stance = changes.get("stance")
-    if isinstance(stance, Mapping) and stance.get("threshold") is not None and "rule" not in stance:
-        return {**changes, "stance": {**stance, "rule": "absolute"}}
-    return changes

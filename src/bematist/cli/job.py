@@ -92,7 +92,7 @@ def changes_from(stored: Mapping[str, Any], sets: list[str] | None, heading: flo
     if heading is not None and not math.isfinite(heading):
         raise UsageError(f"--heading {heading}: give degrees clockwise from North.")
     north = {} if heading is None else {"initial": {"heading_deg": heading}}
-    return config.merge(stored, config.assignments(sets or []), north)
+    return config.merge(stored, config.with_rule(config.assignments(sets or [])), north)
 
 
 def judge(trajectory: Trajectory, truth: Reference | None, *, align: str = "yaw", required: bool = False) -> Evaluation | str | None:

@@ -86,9 +86,7 @@ def stance(
     changes = changes.pop("stance", {}) | changes  # "stance.threshold" as for `track`, or "threshold"
     if detector is not None:
         changes["detector"] = config.choose("detector", detector, DETECTORS)
-    if "threshold" in changes:
-        changes.setdefault("rule", "absolute")
-    parameters = config.changed(find_method(method).parameters.stance, changes)
+    parameters = config.changed(find_method(method).parameters.stance, config.with_rule({"stance": changes})["stance"])
     data = Reading.given(format, columns, axes, units, clock).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-stance.html")

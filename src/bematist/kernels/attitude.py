@@ -7,8 +7,8 @@ from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.rotation import exp_quaternion, multiply, normalise
 
 # state S
-Q, BIAS, RATE, TIME, RATE_TIME, STARTED = 0, 4, 7, 10, 11, 12
-STATE_SIZE = 13
+Q, BIAS, RATE, TIME, RATE_TIME, STARTED, FIELD_TIME = 0, 4, 7, 10, 11, 12, 13
+STATE_SIZE = 14
 
 # parameters prm
 FILTER, GAIN, BIAS_GAIN, EXACT, MAGNETOMETER, NORTH_E, NORTH_N, GAP_S, GAP_BALLISTIC_S = range(9)
@@ -19,6 +19,9 @@ GYRO, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 BIAS_OUT, FLAG = 4, 7
 OUT = 8
 MEASURED, HELD, MISSING, BRIDGED = 0.0, 1.0, 2.0, 3.0
+
+LONGEST_PULL_S = 0.1
+"""A magnetometer sample stands for at most this long in Mahony's filter, s."""
 
 
 @inlined
@@ -31,9 +34,20 @@ def turn(q0, q1, q2, q3, w0, w1, w2, dt, exact):
 
 
 @inlined
-def mahony(q0, q1, q2, q3, b0, b1, b2, w0, w1, w2, f0, f1, f2, m0, m1, m2, dt, prm, exact):
-    """Attitude and gyroscope offset after one sample: Li & Wang eqs 29-34, with the offset b = -Ki ∫ e dt."""
-    e0, e1, e2 = mahony_error(q0, q1, q2, q3, f0, f1, f2, m0, m1, m2, prm[NORTH_E], prm[NORTH_N])
+def mahony(q0, q1, q2, q3, b0, b1, b2, w0, w1, w2, f0, f1, f2, m0, m1, m2, dt, held, prm, exact):
+    """Attitude and gyroscope offset after one sample: Li & Wang eqs 29-34, with the offset b = -Ki ∫ e dt.
+
+    A magnetometer slower than the gyroscope has a sample in few rows: it pulls for the `held` seconds since the one before, so that its
+    strength does not depend on its rate. With a sample in every row that is the printed form.
+    """
+    e, n = prm[NORTH_E], prm[NORTH_N]
+    if held == dt:
+        e0, e1, e2 = mahony_error(q0, q1, q2, q3, f0, f1, f2, m0, m1, m2, e, n)
+    else:
+        share = held / dt if dt > 0 else 0.0
+        e0, e1, e2 = mahony_error(q0, q1, q2, q3, f0, f1, f2, 0.0, 0.0, 0.0, e, n)
+        d0, d1, d2 = mahony_error(q0, q1, q2, q3, 0.0, 0.0, 0.0, m0, m1, m2, e, n)
+        e0, e1, e2 = e0 + share * d0, e1 + share * d1, e2 + share * d2
     ki, kp = prm[BIAS_GAIN] * dt, prm[GAIN]
     b0, b1, b2 = b0 - ki * e0, b1 - ki * e1, b2 - ki * e2
     q0, q1, q2, q3 = turn(q0, q1, q2, q3, w0 - b0 + kp * e0, w1 - b1 + kp * e1, w2 - b2 + kp * e2, dt, exact)
@@ -69,10 +83,12 @@ def run(S, prm, columns, out):
     q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
     b0, b1, b2 = S[BIAS], S[BIAS + 1], S[BIAS + 2]
     v0, v1, v2 = S[RATE], S[RATE + 1], S[RATE + 2]
-    before, rate_time, started = S[TIME], S[RATE_TIME], S[STARTED] > 0
+    before, rate_time, field_time, started = S[TIME], S[RATE_TIME], S[FIELD_TIME], S[STARTED] > 0
     m0 = m1 = m2 = math.nan
     for k in range(columns.shape[1]):
         t = columns[0, k]
+        if not started:
+            field_time = t
         w0, w1, w2 = columns[4, k], columns[5, k], columns[6, k]
         dt = t - before if started else 0.0
         flag = MEASURED
@@ -100,7 +116,11 @@ def run(S, prm, columns, out):
         if kind == MADGWICK:
             q0, q1, q2, q3, b0, b1, b2 = madgwick(q0, q1, q2, q3, b0, b1, b2, w0, w1, w2, f0, f1, f2, m0, m1, m2, dt, prm, exact)
         elif kind == MAHONY:
-            q0, q1, q2, q3, b0, b1, b2 = mahony(q0, q1, q2, q3, b0, b1, b2, w0, w1, w2, f0, f1, f2, m0, m1, m2, dt, prm, exact)
+            held = dt
+            if math.isfinite(m0 + m1 + m2):
+                held = min(t - field_time, LONGEST_PULL_S)
+                field_time = t
+            q0, q1, q2, q3, b0, b1, b2 = mahony(q0, q1, q2, q3, b0, b1, b2, w0, w1, w2, f0, f1, f2, m0, m1, m2, dt, held, prm, exact)
         else:
             q0, q1, q2, q3 = turn(q0, q1, q2, q3, w0 - b0, w1 - b1, w2 - b2, dt, exact)
         q0, q1, q2, q3 = normalise(q0, q1, q2, q3)
@@ -110,6 +130,6 @@ def run(S, prm, columns, out):
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = q0, q1, q2, q3
     S[BIAS], S[BIAS + 1], S[BIAS + 2] = b0, b1, b2
     S[RATE], S[RATE + 1], S[RATE + 2] = v0, v1, v2
-    S[TIME], S[RATE_TIME] = before, rate_time
+    S[TIME], S[RATE_TIME], S[FIELD_TIME] = before, rate_time, field_time
     if started:
         S[STARTED] = 1.0

@@ -14,7 +14,7 @@ from bematist.simulate.parameters import Scenario
 Array = NDArray[np.float64]
 
 REACH_M = 20.0
-"""A dipole is not felt farther than this, m: a car's is less than 0.01 µT there."""
+"""A dipole is not felt farther than this, m: a car's or pillar's is about 0.01 µT there."""
 
 
 def earth_field(scenario: Scenario) -> Array:

@@ -22,8 +22,8 @@ def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, 
 
     With `sampling="average"` a sample is the mean of the signal, in the turning body axes, over the interval that ends
     at its time: ∫f dt and ∫ω dt divided by the interval (three-point Gauss–Legendre). That is
-    what a sensor does whose filter averages; the integral of the samples is then the integral of the motion at any
-    rate.
+    what a sensor does whose filter averages; the integral of the samples is then the integral in those axes at any
+    rate (what turns within a sample is lost, as in a real sensor: sculling).
     """
     if sensor.sampling == "instant":
         return motion.signals(time)

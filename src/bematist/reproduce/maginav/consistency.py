@@ -45,7 +45,9 @@ _NOISE: dict[str, Any] = {
     },
     "initial": {"accel_bias_sd": ACCEL_BIAS, "gyro_bias_sd": GYRO_BIAS, "sway": 0.0, "tilt_sd": 1e-4, "longest_s": 9.5},
 }
-"""The filter told exactly this. The simulated foot stands still to the last digit, so the threshold may be as low as white noise allows."""
+"""The filter told this; zero_velocity.sd is a floor. The simulated foot stands still to the last digit, so the threshold may be as low as
+white noise allows.
+"""
 
 _FIELD: dict[str, Any] = {
     "magnetic": {

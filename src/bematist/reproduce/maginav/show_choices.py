@@ -36,7 +36,8 @@ def show_consistency(results: Results, page: Page) -> None:
     page.text(
         "The normalised estimation error squared (NEES) of three components has mean 3 where the errors are as large as the filter says. "
         f"Over {seeds} walks its mean at an instant lies in {low:.2f} – {high:.2f} with 95 %. *Matched*: white noise and constant offsets, "
-        "of which the filter is told exactly. *Shipped*: the sensor of Table 3 with its bias instability, and the methods as they come."
+        "of which the filter is told (zero velocity and first tilt a little too modestly). *Shipped*: the sensor of Table 3 with its bias "
+        "instability, and the methods as they come."
     )
     found = average_nees(results)
     rows: list[list[Cell]] = []
