@@ -214,7 +214,7 @@ def initial_alignment(
         )
     attitude = level(up)
     field = _mean_field(rows[first:last], matrix_from_quaternion(attitude))
-    attitude, turn = _aim(attitude, up, field, parameters, warnings)
+    attitude, turn = aim(attitude, up, field, parameters, warnings)
     field = turn @ field if field is not None else None
     moving_start = not resting or rows[first, 0] - rows[0, 0] > 0.1
     return Alignment(
@@ -242,7 +242,7 @@ def _mean_field(rows: Array, C: Array) -> Array | None:
     return C @ m.mean(0) if len(m) else None
 
 
-def _aim(attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]) -> tuple[Array, Array]:
+def aim(attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]) -> tuple[Array, Array]:
     """Give a levelled attitude its heading; also the turn about up (3,3) that did it."""
     yaw = 0.0
     if parameters.heading_deg is not None:

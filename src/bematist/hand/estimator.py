@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist import stance
-from bematist.align import Alignment, initial_alignment
+from bematist.align import Alignment
 from bematist.attitudes import Attitude
 from bematist.errors import DataError, UsageError
 from bematist.hand.parameters import HandParameters
 from bematist.hand.result import attitude, judge
 from bematist.hand.setup import detectors, kernel_parameters, workspace
+from bematist.hand.start import start
 from bematist.intake import Intake, sample_rows
 from bematist.kernels import hand as filter_kernel
 from bematist.kernels import hand_layout as kernel
@@ -64,11 +65,11 @@ class HandAttitude:
         n, size = len(recording), chunk or 50_000
         nav, diagnostics = np.empty((n, kernel.NAV)), np.empty((n, kernel.DIAG), np.float32)
         done = 0
-        for start in range(0, n, size):
-            last = start + size >= n
-            done += self._advance(recording.samples(start, start + size), last, nav[done:], diagnostics[done:])
+        for first in range(0, n, size):
+            last = first + size >= n
+            done += self._advance(recording.samples(first, first + size), last, nav[done:], diagnostics[done:])
             if progress:
-                progress(min(start + size, n), n)
+                progress(min(first + size, n), n)
         elapsed = time.perf_counter() - started
         warnings = (*recording.warnings, *self.warnings, *judge(nav, diagnostics, self.parameters, recording.has_magnetometer))
         return self._attitude(nav, diagnostics, warnings=warnings, processing_s=elapsed, source=recording.source)
@@ -127,7 +128,7 @@ class HandAttitude:
         rate = stance.sampling_rate(head[:, 0], p.initial.longest_s)
         known = np.isfinite(head[:, 7:10]).all(1)
         magnetic_rate = stance.sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else rate
-        a = initial_alignment(head, p.initial, rate, p.gravity, p.attitude.noise.angle_random_walk, p.gap.seconds(rate))
+        a = start(head, p, rate)
         self.alignment = a
         prm, warnings = kernel_parameters(p, a, rate)
         self.warnings.extend([*a.warnings, *warnings])

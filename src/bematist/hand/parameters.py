@@ -161,6 +161,12 @@ class HandParameters(Parameters):
     """Everything that the handheld estimator can be told."""
 
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
-    initial: InitialParameters = InitialParameters(sway=math.radians(1.0))
+    initial: InitialParameters = InitialParameters(sway=math.radians(1.0), shortest_s=1.0)
+    moving_start_s: float = Field(
+        default=4.0,
+        gt=0,
+        description="Without a rest at the start, the specific force is averaged over this long, s, to find up. Longer: less of the hand's "
+        "own motion, more of the gyroscope's offset.",
+    )
     attitude: AttitudeParameters = AttitudeParameters()
     gap: GapParameters = GapParameters()
