@@ -11,6 +11,7 @@ from pydantic import BaseModel
 
 from bematist.ahrs import FILTERS, AhrsParameters
 from bematist.foot import FootParameters
+from bematist.hand import HandParameters
 from bematist.methods import METHODS
 
 
@@ -61,6 +62,21 @@ def page() -> str:
         own = [line for line in table(type(f.parameters)) if not any(line.startswith(f"| `{name}`") for name in shared)]
         if len(own) > 2 and issubclass(type(f.parameters), AhrsParameters):
             lines += ["", f"`{f.name}`:", "", *own]
+    lines += ["", "## Handheld attitude filter", "", "`initial` and `gap` as for the shoe.", ""]
+    for group, model in _models(HandParameters):
+        if group not in ("initial.", "gap."):
+            lines += [
+                *([f"### {group.rstrip('.')}", ""] if group else []),
+                *(model.__doc__ or "").strip().splitlines(),
+                "",
+                *table(model, group),
+                "",
+            ]
+    lines += ["| filter | parameter | value |", "|---|---|---|"]
+    for f in FILTERS.values():
+        if isinstance(f.parameters, HandParameters):
+            changed = _changed(HandParameters(), f.parameters)
+            lines += [f"| `{f.name}` | `{name}` | {value} |" for name, value in changed] or [f"| `{f.name}` | nothing | |"]
     lines += ["", "## What the methods change", "", "| method | parameter | value |", "|---|---|---|"]
     for method in METHODS.values():
         changed = _changed(FootParameters(), method.parameters)

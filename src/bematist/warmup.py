@@ -24,6 +24,7 @@ def warm_up() -> None:
     with tempfile.TemporaryDirectory() as folder:
         write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
     attitude(recording)
+    attitude(recording, "hand")
     analyse(recording)
     overlapping_variance(still[:50, 2].copy(), Stretches((slice(0, 50),), 0.01), averaging_spans(50))
     clockfit.uniform(recording.time + rng.uniform(0, 0.02, n))

@@ -11,6 +11,7 @@ from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
 from bematist.attitudes import Attitude
 from bematist.errors import UsageError
+from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandAttitude
 from bematist.parameters import Parameters
 from bematist.recording import Recording
 
@@ -60,6 +61,39 @@ FILTERS: dict[str, Filter] = {
             "16-28, corrected",
             MadgwickParameters(),
             Ahrs,
+        ),
+        Filter(
+            "gyint",
+            "MAGYQ's baseline: the gyroscope alone, less its offset in the rest at the start.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-19, section 8.2.1",
+            GYINT,
+            HandAttitude,
+        ),
+        Filter(
+            "quest",
+            "MAGYQ's other baseline: the attitude replaced wherever gravity or the Earth's field is detected by its norm.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-19, 33-34, section 8.2.1",
+            QUEST,
+            HandAttitude,
+        ),
+        Filter(
+            "magyq",
+            "Kalman filter on fields that stay: any static field, the Earth's or not, holds the heading. For fields that are really "
+            "constant; overconfident.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-46, corrected",
+            MAGYQ,
+            HandAttitude,
+        ),
+        Filter(
+            "hand",
+            "The default for a hand: gravity also in motion, heading from what looks like the Earth's field, an honest covariance.",
+            "bematist",
+            "MAGYQ 17-36; gravity and heading in motion",
+            HAND,
+            HandAttitude,
         ),
     )
 }

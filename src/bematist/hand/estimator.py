@@ -37,6 +37,7 @@ class HandAttitude:
         self.parameters = parameters or HandParameters()
         self.name = name
         self.alignment: Alignment | None = None
+        self.north = "none"
         self._intake = Intake(self.parameters.initial.longest_s, "HandAttitude")
         self._state: tuple[NDArray[np.int64], Array, Array, Array] | None = None
 
@@ -44,13 +45,6 @@ class HandAttitude:
     def warnings(self) -> list[str]:
         """What is suspicious so far."""
         return self._intake.warnings
-
-    @property
-    def north(self) -> str:
-        """What North is, see `Attitude`."""
-        initial = self.parameters.initial
-        field = self.alignment is not None and self.alignment.field is not None
-        return "given" if initial.heading_deg is not None or (initial.earth_field is not None and field) else "none"
 
     def run(self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None) -> Attitude:
         """The attitudes of a whole recording, fed in chunks of `chunk` samples.
@@ -92,6 +86,7 @@ class HandAttitude:
             "name": self.name,
             "intake": self._intake.save(),
             "alignment": self.alignment,
+            "north": self.north,
             "state": None if self._state is None else [a.copy() for a in self._state],
         }
 
@@ -100,7 +95,7 @@ class HandAttitude:
         """A filter in the state that `save` returned."""
         self = cls(HandParameters.model_validate(saved["parameters"]), name=saved["name"])
         self._intake = Intake.restore(saved["intake"])
-        self.alignment = saved["alignment"]
+        self.alignment, self.north = saved["alignment"], saved["north"]
         if saved["state"] is not None:
             index, memory, S, prm = (a.copy() for a in saved["state"])
             self._state = (index, memory, S, prm)
@@ -128,7 +123,7 @@ class HandAttitude:
         rate = stance.sampling_rate(head[:, 0], p.initial.longest_s)
         known = np.isfinite(head[:, 7:10]).all(1)
         magnetic_rate = stance.sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else rate
-        a = start(head, p, rate)
+        a, self.north = start(head, p, rate)
         self.alignment = a
         prm, warnings = kernel_parameters(p, a, rate)
         self.warnings.extend([*a.warnings, *warnings])

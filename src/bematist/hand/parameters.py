@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -162,6 +162,12 @@ class HandParameters(Parameters):
 
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
     initial: InitialParameters = InitialParameters(sway=math.radians(1.0), shortest_s=1.0)
+    heading_sd: float = Field(
+        default=0.0,
+        ge=0,
+        description="How far the heading at the start may be from the one that the Earth's field tells elsewhere, rad. 0: the start "
+        "defines the frame. Larger: the heading follows the field sooner.",
+    )
     moving_start_s: float = Field(
         default=4.0,
         gt=0,
@@ -170,3 +176,26 @@ class HandParameters(Parameters):
     )
     attitude: AttitudeParameters = AttitudeParameters()
     gap: GapParameters = GapParameters()
+
+
+def hand_parameters(**attitude: Any) -> HandParameters:
+    """Parameters with some values of the attitude filter changed, nested."""
+    return HandParameters().override({"attitude": attitude})
+
+
+MAGYQ = HandParameters()
+"""The filter of the paper, corrected."""
+
+GYINT = hand_parameters(correction="none")
+"""Its baseline: the gyroscope alone (section 8.2.1)."""
+
+QUEST = hand_parameters(correction="replace")
+"""Its baseline that knows the Earth's fields only (section 8.2.1)."""
+
+HAND = hand_parameters(
+    reference="estimated",
+    magnetic={"local": False, "gradient": False, "earth": False},
+    force={"local": False, "gradient": False, "earth": False},
+    motion={"gravity_density": 0.5, "gravity_spread": 0.1, "heading_density": 0.4},
+).override({"heading_sd": math.radians(3)})
+"""The default: gravity also in motion, and heading from every sample that looks like the Earth's field."""

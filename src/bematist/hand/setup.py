@@ -35,7 +35,7 @@ def initial_covariance(p: HandParameters, a: Alignment, period: float) -> Array:
     T[at.E_Q : at.E_Q + 4, 6:9] = G @ np.stack([C[1], -C[0], np.zeros(3)]) / p.gravity
     T[at.E_BQ : at.E_BQ + 3, 3:6] = np.eye(3) * period / 2
     T[at.E_BA : at.E_BA + 3, 6:9] = np.eye(3)
-    sds = [a.tilt_sd] * 2 + [0.0] + [a.gyro_bias_sd] * 3 + [p.initial.accel_bias_sd] * 3
+    sds = [a.tilt_sd] * 2 + [p.heading_sd] + [a.gyro_bias_sd] * 3 + [p.initial.accel_bias_sd] * 3
     return T @ np.diag(np.square(sds)) @ T.T
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment, aim, initial_alignment, level, rest_interval
+from bematist.align import Alignment, InitialParameters, aim, initial_alignment, level, rest_interval
 from bematist.errors import DataError
 from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_rotation_vector, rotate
 from bematist.hand.parameters import HandParameters
@@ -15,19 +15,35 @@ from bematist.hand.parameters import HandParameters
 Array = NDArray[np.float64]
 
 
-def start(head: Array, p: HandParameters, rate_hz: float) -> Alignment:
-    """The state at the first of rows (K,10): from a rest where there is one, else from the averages of the fields in motion.
+MAGNETIC_NORTH = (0.0, 1.0, 0.0)
+"""Earth's field where none is given: its horizontal part points North."""
 
-    Raises DataError where specific force or angular rate are missing.
+
+def start(head: Array, p: HandParameters, rate_hz: float) -> tuple[Alignment, str]:
+    """The state at the first of rows (K,10), and what North is (`Attitude.north`).
+
+    From a rest where there is one (MAGYQ section 4.2), else from the averages of the fields in motion. Raises DataError where specific
+    force or angular rate are missing.
     """
     gap_s = p.gap.seconds(rate_hz)
+    initial = p.initial
+    if not p.attitude.magnetic.use:
+        head = head.copy()
+        head[:, 7:10] = np.nan
+    seen = np.square(head[:, 7:10]).sum(1) > 0  # neither missing nor of a dead sensor
+    by_field = initial.heading_deg is None and initial.earth_field is None and bool(seen.any())
+    if by_field:
+        initial = initial.override({"earth_field": MAGNETIC_NORTH})
     good = np.isfinite(head[:, 1:7]).all(1)
-    if not good.any() or rest_interval(head, p.initial, rate_hz, p.gravity)[2]:
-        return initial_alignment(head, p.initial, rate_hz, p.gravity, p.attitude.noise.angle_random_walk, gap_s)
-    return _in_motion(head[good][: int(p.moving_start_s * rate_hz)], p, gap_s)
+    if not good.any() or rest_interval(head, initial, rate_hz, p.gravity)[2]:
+        a = initial_alignment(head, initial, rate_hz, p.gravity, p.attitude.noise.angle_random_walk, gap_s)
+    else:
+        a = _in_motion(head[good][: max(2, int(p.moving_start_s * rate_hz))], p, initial, gap_s)
+    given = initial.heading_deg is not None or (initial.earth_field is not None and a.field is not None)
+    return a, "magnetic" if by_field and a.field is not None else "given" if given else "none"
 
 
-def _in_motion(rows: Array, p: HandParameters, gap_s: float) -> Alignment:
+def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, gap_s: float) -> Alignment:
     """Up is the mean specific force, turned by the gyroscope into the frame of the first row: a hand does not accelerate for long."""
     dt = np.diff(rows[:, 0])
     steps = quaternion_from_rotation_vector(rows[1:, 4:7] * np.where(dt > gap_s, 0.0, dt)[:, None])
@@ -42,26 +58,26 @@ def _in_motion(rows: Array, p: HandParameters, gap_s: float) -> Alignment:
             "columns are the accelerometer's and that gravity was not taken out."
         )
     warnings = [
-        f"No rest of {p.initial.shortest_s:g} s in the first seconds: the start was levelled in motion, and the gyroscope's offset is unknown. "
-        "Hold still for a few seconds before walking."
+        f"No rest of {initial.shortest_s:g} s in the first seconds: the start was levelled in motion, and the gyroscope's offset is "
+        "unknown. Hold still for a few seconds before walking."
     ]
     if abs(float(np.linalg.norm(up)) - p.gravity) > 0.1 * p.gravity:
         warnings.append(
-            f"The specific force is {np.linalg.norm(up):.3g} m/s² on the average of the first seconds, and not {p.gravity:.3g}: is its unit "
-            "m/s², and are accelerometer and gyroscope not exchanged?"
+            f"The specific force is {np.linalg.norm(up):.3g} m/s² on the average of the first seconds, and not {p.gravity:.3g}: is its "
+            "unit m/s², and are accelerometer and gyroscope not exchanged?"
         )
     attitude = level(up)
     seen = np.isfinite(rows[:, 7:10]).all(1)
     field = matrix_from_quaternion(attitude) @ rotate(turned[seen], rows[seen, 7:10]).mean(0) if seen.any() else None
-    attitude, turn = aim(attitude, up, field, p.initial, warnings)
+    attitude, turn = aim(attitude, up, field, initial, warnings)
     duration = float(rows[-1, 0] - rows[0, 0])
     # Speeds at both ends differ by about a walk's; the gyroscope's offset turned the mean by half of what it does in all.
-    drift = 0.5 * p.initial.gyro_bias_sd * duration
+    drift = 0.5 * initial.gyro_bias_sd * duration
     return Alignment(
         attitude=attitude,
         gyro_bias=np.zeros(3),
-        gyro_bias_sd=p.initial.gyro_bias_sd,
-        tilt_sd=math.hypot(p.initial.tilt_sd, math.hypot(1.0 / (p.gravity * max(duration, 0.1)), drift)),
+        gyro_bias_sd=initial.gyro_bias_sd,
+        tilt_sd=math.hypot(initial.tilt_sd, math.hypot(1.0 / (p.gravity * max(duration, 0.1)), drift)),
         velocity_sd=1.5,
         rest=(0, 0),
         field=turn @ field if field is not None else None,
