@@ -11,7 +11,7 @@ from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
 from bematist.attitudes import Attitude
 from bematist.errors import UsageError
-from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandAttitude
+from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
 from bematist.parameters import Parameters
 from bematist.recording import Recording
 
@@ -85,6 +85,14 @@ FILTERS: dict[str, Filter] = {
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-46, corrected",
             MAGYQ,
+            HandAttitude,
+        ),
+        Filter(
+            "magyq-estimated",
+            "magyq with the reference as a part of the state: several times better where the field is constant by regions.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-38, corrected; estimated reference",
+            MAGYQ_ESTIMATED,
             HandAttitude,
         ),
         Filter(

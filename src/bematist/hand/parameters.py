@@ -192,6 +192,13 @@ GYINT = hand_parameters(correction="none")
 QUEST = hand_parameters(correction="replace")
 """Its baseline that knows the Earth's fields only (section 8.2.1)."""
 
+MAGYQ_ESTIMATED = hand_parameters(
+    reference="estimated",
+    magnetic={"gradient": False, "dip_tolerance": math.radians(2.5), "earth_sd": 2.0},
+    force={"gradient": False},
+)
+"""The paper's filter with its references in the state, and the dip gate."""
+
 HAND = hand_parameters(
     reference="estimated",
     magnetic={"local": False, "gradient": False, "earth": False},
