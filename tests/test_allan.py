@@ -165,10 +165,22 @@ def test_spectral_density_fits_the_allan_deviation() -> None:
     values = made(200_000, 50.0, np.random.default_rng(2), correlation_s=5.0, **truth)
     frequency, density = spectral_density(values, 50.0)
     assert len(frequency) < 120
-    said = fitted_density({n: x**2 for n, x in truth.items()}, 5.0, frequency)
+    said = fitted_density({n: x**2 for n, x in truth.items()}, 5.0, frequency, 0.02)
     middle = (frequency > 0.01) & (frequency < 10)
     assert np.median(density[middle] / said[middle]) == pytest.approx(1.0, abs=0.05)
     assert np.abs(np.log(density[middle] / said[middle])).max() < 1.0
+
+
+def test_density_of_quantisation_is_that_of_its_samples() -> None:
+    """The integral is rounded to steps of a root of twelve times Q, and differences of it are sampled."""
+    rng, period = np.random.default_rng(3), 0.01
+    integral = np.cumsum(rng.normal(0, 1e-2, 200_000))
+    step = 1e-3
+    values = np.diff(np.round(integral / step) * step - integral) / period
+    frequency, density = spectral_density(values, 1 / period)
+    said = fitted_density({"quantisation": step**2 / 12}, np.nan, frequency, period)
+    middle = (frequency > 1) & (frequency < 45)
+    assert np.median(density[middle] / said[middle]) == pytest.approx(1.0, abs=0.05)
 
 
 def test_every_noise_is_found_in_noise_free_curves() -> None:

@@ -470,6 +470,17 @@ def test_simulate_track_evaluate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert json.loads(capsys.readouterr().out)["ate_rmse_3d_m"] < 1.0
 
 
+def test_simulate_names_what_there_is_and_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    from bematist.simulate import GAITS, SCENARIOS, SENSORS
+
+    monkeypatch.chdir(tmp_path)
+    assert main(["simulate", "--help"]) == 0
+    told = capsys.readouterr().out
+    assert all(name in told for name in (*SCENARIOS, *SENSORS, *GAITS))
+    assert main(["simulate", "straight", "--length", "10", "-q"]) == 0
+    assert sorted(p.name for p in Path("straight").iterdir()) == ["recording.csv", "simulation.json", "truth.csv"]
+
+
 def test_simulate_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     assert (

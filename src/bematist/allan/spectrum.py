@@ -37,11 +37,14 @@ def spectral_density(values: Array, rate_hz: float) -> tuple[Array, Array]:
     return np.add.reduceat(frequency, first) / count, np.add.reduceat(density, first) / count
 
 
-def fitted_density(squares: dict[str, float], correlation_s: float, frequency: Array) -> Array:
-    """One-sided density (F,) of a sum of noises with these squared coefficients. The ramp has none; the quantisation is of the integral."""
+def fitted_density(squares: dict[str, float], correlation_s: float, frequency: Array, period_s: float) -> Array:
+    """One-sided density (F,) of a sum of noises with these squared coefficients, sampled every period_s.
+
+    The ramp has none. Quantisation is of the integral, so that its density in the samples is (8/T) sin²(πfT) Q².
+    """
     w = 2 * np.pi * frequency
     shapes = {
-        "quantisation": 2 * w**2,
+        "quantisation": 8 / period_s * np.sin(np.pi * frequency * period_s) ** 2,
         "white": np.full_like(w, 2.0),
         "flicker": 1 / (np.pi * frequency),
         MARKOV: 4 * correlation_s / (1 + (w * correlation_s) ** 2),

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 @app.command()
 def simulate(
-    folder: Annotated[Path, typer.Option("--output", "-o", help="Folder of recording.csv, truth.csv and simulation.json.", metavar="DIR")],
     name: Annotated[str | None, typer.Argument(help="The walk, such as campus, laps or still.", metavar="[SCENARIO]")] = None,
     scenario: Annotated[str, typer.Option("--scenario", help="The walk, in another way.", metavar="NAME")] = "campus",
     sensor: Annotated[str, typer.Option("--sensor", help="Its errors and rates.", metavar="NAME")] = "lsm9ds1",
@@ -30,10 +29,17 @@ def simulate(
     gait: Annotated[str | None, typer.Option("--gait", help="One gait for the whole way, such as run.", metavar="NAME")] = None,
     rate: Annotated[float | None, typer.Option("--rate", help="Rate of accelerometer and gyroscope, Hz.", metavar="HZ")] = None,
     undisturbed: Annotated[bool, typer.Option("--undisturbed", help="Leave the Earth's magnetic field alone.")] = False,
+    folder: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder of the files; without it, named after the walk.", metavar="DIR")
+    ] = None,
     sets: options.Set = None,
     quiet: options.Quiet = False,
 ) -> None:
-    """Simulate a walk: a shoe sensor's recording, and the truth."""
+    """Simulate a walk: a shoe sensor's recording, and the truth.
+
+    Writes recording.csv, truth.csv and simulation.json. Walks: campus, short, straight, still, stairs, rectangle, ellipse, mixed, laps.
+    Sensors: lsm9ds1, adis16488, ideal. Gaits: slow, walk, brisk, jog, run, stairs.
+    """
     from bematist.simulate import SCENARIOS, simulate_walk
 
     walk = name or scenario
@@ -41,6 +47,7 @@ def simulate(
     changes = {k: v for k, v in given.items() if v is not None} | config.assignments(sets or [])
     if duration is not None and walk in SCENARIOS and len(SCENARIOS[walk].waypoints) > 1:
         raise UsageError(f'--duration is for a rest such as "still"; a walk ends when "{walk}" is walked. Use --length, or --gait.')
+    folder = Path(walk) if folder is None else folder
     with results_folder(folder) as place:
         with progress("simulating", quiet=quiet):
             made = simulate_walk(walk, sensor, seed, **changes)

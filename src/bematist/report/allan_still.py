@@ -95,7 +95,8 @@ def _density(axes: Axes, sensor: SensorAllan) -> None:
             continue
         squares = {n: e.value**2 for n, e in fit.coefficients.items()}
         correlation_s = fit.correlation.value if fit.correlation else np.nan
-        axes.plot(frequency, factor * np.sqrt(fitted_density(squares, correlation_s, frequency)), "--", color=color, linewidth=1.0)
+        fitted = fitted_density(squares, correlation_s, frequency, 1 / sensor.rate_hz)
+        axes.plot(frequency, factor * np.sqrt(fitted), "--", color=color, linewidth=1.0)
     axes.set(xscale="log", yscale="log", xlabel="frequency (Hz)", ylabel=f"root of the one-sided density ({unit}/√Hz)")
     _dress(axes)
 
