@@ -7,7 +7,7 @@ from typing import Any
 from numba import njit
 
 # Without reference counting of arrays: kernels allocate nothing, and the counting would cost more than the arithmetic.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
