@@ -17,7 +17,8 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def summing(function: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel whose sums may be taken in any order, so that several numbers are added at once; not for recursions."""
-    return _cached(njit(**{**_OPTIONS, "fastmath": {*_OPTIONS["fastmath"], "reassoc"}}, cache=True)(function))
+    options: dict[str, Any] = _OPTIONS | {"fastmath": {*_OPTIONS["fastmath"], "reassoc"}}
+    return _cached(njit(**options, cache=True)(function))
 
 
 def _cached(dispatcher: Any) -> Any:
