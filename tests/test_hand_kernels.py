@@ -65,7 +65,7 @@ def test_quasi_static_field(force, own):
 
     measure = hand_fields.measure_force if force else hand_fields.measure_field
     value = y - x[at.E_BA : at.E_BA + 3] if force else y
-    *z, _, used = measure(S, *value, *reference, own, 1.0, NEVER, True, True)
+    *z, _, used = measure(S, *value, *reference, own, 1.0, NEVER, True)
     assert not used
     np.testing.assert_allclose(z, -predicted(x), atol=1e-12)
     np.testing.assert_allclose(jacobian(S), differences(predicted, x), atol=1e-8)
@@ -145,7 +145,7 @@ def test_maru_over_several_gyroscope_samples():
         return rotation(q).T @ before
 
     S[:256] = np.eye(16).ravel()
-    nis = hand_fields.gradient_field(S, *before, *now, 0.25, NEVER, True, True)
+    nis = hand_fields.gradient_field(S, *before, *now, 0.25, NEVER, True)
     H = differences(predicted, b)
     np.testing.assert_allclose(jacobian(S)[:, 4:7], H, atol=1e-7)
     np.testing.assert_allclose(np.delete(jacobian(S), [4, 5, 6], 1), 0, atol=1e-12)
@@ -170,7 +170,7 @@ def test_agu():
 
     S[:256] = np.eye(16).ravel()
     b = x[7:10]
-    nis = hand_fields.gradient_force(S, *(before - b / decay), *(now - b), decay, 0.25, NEVER, True, True)
+    nis = hand_fields.gradient_force(S, *(before - b / decay), *(now - b), decay, 0.25, NEVER, True)
     H = differences(predicted, x)
     np.testing.assert_allclose(jacobian(S), H, atol=1e-7)
     z = now - predicted(x)
@@ -189,7 +189,7 @@ def test_heading():
         n = rotation(unit(v)) @ m
         return np.arctan2(3.0 * n[1] - 20.0 * n[0], 3.0 * n[0] + 20.0 * n[1])
 
-    nu, used = hand_fields.heading(S, prm, *m, 1.0, NEVER, True)
+    nu, used = hand_fields.heading(S, prm, *m, 1.0, NEVER)
     assert not used
     np.testing.assert_allclose(nu, angle(q), atol=1e-12)
     # nu = estimate − truth, and the error of the state is truth − estimate.

@@ -142,10 +142,6 @@ class Filter:
         self.x = self.x + K @ z
         self.P = self.P - K @ S @ K.T
         self.x[:4] = unit(self.x[:4])
-        if self.p["normalise_covariance"]:
-            J = np.eye(16)
-            J[:4, :4] -= np.outer(self.x[:4], self.x[:4])
-            self.P = J @ self.P @ J.T
         return True
 
     def directions(self, i, value):
@@ -246,6 +242,10 @@ class Filter:
             self.quasi_static(0, f, m, starts[0])
         if values[0][1] and p["motion"]["heading_density"] > 0 and self.last_m is not None:
             self.heading(m, t - self.last_t)
+        if p["normalise_covariance"]:
+            J = np.eye(16)
+            J[:4, :4] -= np.outer(self.x[:4], self.x[:4])
+            self.P = J @ self.P @ J.T
         self.last_f = f if p["force"]["use"] else None
         if values[0][1]:
             self.last_m, self.last_t = m, t

@@ -71,6 +71,31 @@ def offset_derivative(w, x, y, z, scale):
     )
 
 
+@inlined
+def _half(S, o):
+    """Seven entries from S[o] on: what a row of Φ P holds of the quaternion and of the gyroscope-quaternion offset."""
+    return S[o], S[o + 1], S[o + 2], S[o + 3], S[o + 4], S[o + 5], S[o + 6]
+
+
+@inlined
+def second_half(S, w, x, y, z, B):
+    """The quaternion's own block, (Φ P) Φᵀ: its upper triangle. The rest of its rows is done, as nothing else depends on others."""
+    a0, a1, a2, a3, b0, b1, b2 = _half(S, 0)
+    S[0] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
+    S[1] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
+    S[2] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
+    S[3] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    a0, a1, a2, a3, b0, b1, b2 = _half(S, 16)
+    S[17] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
+    S[18] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
+    S[19] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    a0, a1, a2, a3, b0, b1, b2 = _half(S, 32)
+    S[34] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
+    S[35] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    a0, a1, a2, a3, b0, b1, b2 = _half(S, 48)
+    S[51] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+
+
 @apart
 def propagate_covariance(S, w, x, y, z, B, noise, bias_walk, decay, accel_walk, field_walk, force_walk):
     """P ← Φ P Φᵀ + Q, MAGYQ eq 32, with Φ = {q←q: C(q_w), q←b_q: B (4x3), b_a←b_a: decay}; (w, x, y, z) is q_w.
@@ -85,20 +110,15 @@ def propagate_covariance(S, w, x, y, z, B, noise, bias_walk, decay, accel_walk, 
         S[16 + c] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
         S[32 + c] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
         S[48 + c] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-    for r in range(4):
-        o = 16 * r
-        a0, a1, a2, a3 = S[o], S[o + 1], S[o + 2], S[o + 3]
-        b0, b1, b2 = S[o + 4], S[o + 5], S[o + 6]
-        S[o] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
-        S[o + 1] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
-        S[o + 2] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
-        S[o + 3] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
+    second_half(S, w, x, y, z, B)
     for c in range(16):
         S[112 + c] *= decay
         S[128 + c] *= decay
         S[144 + c] *= decay
-    for r in range(10):
-        for i in range(3):
+    for i in range(3):
+        for r in range(4):
+            S[16 * r + at.E_BA + i] *= decay
+        for r in range(7, 10):
             S[16 * r + at.E_BA + i] *= decay
     mirror(S)
     add_attitude_noise(S, noise)
@@ -139,13 +159,18 @@ def mirror(S):
         for c in range(r + 1, 16):
             S[16 * c + r] = S[16 * r + c]
     for r in range(7, 10):
-        for c in range(r + 1, 16):
+        for c in range(4, 7):
+            S[16 * c + r] = S[16 * r + c]
+        for c in range(10, 16):
             S[16 * c + r] = S[16 * r + c]
 
 
 @apart
 def project(S):
-    """Normalise the quaternion, and take out of P what it says along the quaternion (erratum of eq 32): J P Jᵀ, J = I − q qᵀ."""
+    """Take out of P what it says along the quaternion, which is normalised after every update: J P Jᵀ, J = I − q qᵀ (erratum of eq 32).
+
+    Once a sample, after all its updates: in between, P lies along the quaternion by the square of what they turned it.
+    """
     q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
     for c in range(16):
         a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
@@ -290,7 +315,7 @@ def subtract(S, references):
 
 
 @apart
-def update(S, L, references, projected):
+def update(S, L, references):
     """x ← x + W L⁻¹ z and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ (W holds H P before); then the quaternion is a unit quaternion again.
 
     Without `references` in the state, their rows are zero and left out.
@@ -303,21 +328,19 @@ def update(S, L, references, projected):
         S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
         S[E + c] = a * y0 + b * y1 + g * y2
     subtract(S, references)
-    correct(S, projected)
+    correct(S)
 
 
 @inlined
-def correct(S, projected):
+def correct(S):
     """The estimated error into the state."""
     for c in range(16):
         S[X + c] += S[E + c]
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
-    if projected:
-        project(S)
 
 
 @apart
-def update_scalar(S, y, i, projected):
+def update_scalar(S, y, i):
     """The same for one number: W holds H P in its first row, i = 1/√(H P Hᵀ + R), y = i·z."""
     for c in range(16):
         S[W + c] *= i
@@ -325,7 +348,7 @@ def update_scalar(S, y, i, projected):
     for c in range(32):
         S[W + 16 + c] = 0.0
     subtract(S, True)
-    correct(S, projected)
+    correct(S)
 
 
 @inlined

@@ -28,7 +28,7 @@ from bematist.kernels.rotation import matrix
 
 
 @inlined
-def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, references, projected):
+def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, references):
     """Quasi-static field update: z = r − q ⊗ x ⊗ q*, MAGYQ eqs 35-38. Returns innovation, NIS, and whether it was used.
 
     x is what was measured in b, freed of its offset; r the reference in n. `own`: r is the part of the state from `reference` on,
@@ -46,7 +46,7 @@ def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, 
     value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
     used = value <= limit
     if used:
-        update(S, L, references, projected)
+        update(S, L, references)
     return z0, z1, z2, value, used
 
 
@@ -102,7 +102,7 @@ def _clone(S, x0, x1, x2, force, reference, place, variance):
 
 
 @inlined
-def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, variance, limit, references, projected):
+def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, variance, limit, references):
     """A static field turns in b as the sensor turns the other way: z = y − q_w* ⊗ x ⊗ q_w, MAGYQ eqs 40-46. Returns the NIS.
 
     x is the field of the sample before and y that of this one, both freed of their offset; `turn` and `derivative` are the places of q_w,
@@ -134,12 +134,12 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
     L = nis(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
     value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
     if value <= limit:
-        update(S, L, references, projected)
+        update(S, L, references)
     return value
 
 
 @apart
-def heading(S, prm, m0, m1, m2, variance, limit, projected):
+def heading(S, prm, m0, m1, m2, variance, limit):
     """Heading from the Earth's field as a scalar measurement, tilt left alone. Returns the innovation (rad) and whether it was used.
 
     The field turned into n is exp([psi×]) m_n, so its horizontal direction is off by nu = psi_z − (h·psi) m_z/m_h.
@@ -161,20 +161,20 @@ def heading(S, prm, m0, m1, m2, variance, limit, projected):
     i = 1 / math.sqrt(own + variance)
     used = nu * nu <= limit * (own + variance)
     if used:
-        update_scalar(S, nu * i, i, projected)
+        update_scalar(S, nu * i, i)
     return nu, used
 
 
 @apart
-def measure_force(S, x0, x1, x2, r0, r1, r2, own, variance, limit, references, projected):
+def measure_force(S, x0, x1, x2, r0, r1, r2, own, variance, limit, references):
     """`_measure` of the specific force."""
-    return _measure(S, x0, x1, x2, r0, r1, r2, True, at.E_F, own, variance, limit, references, projected)
+    return _measure(S, x0, x1, x2, r0, r1, r2, True, at.E_F, own, variance, limit, references)
 
 
 @apart
-def measure_field(S, x0, x1, x2, r0, r1, r2, own, variance, limit, references, projected):
+def measure_field(S, x0, x1, x2, r0, r1, r2, own, variance, limit, references):
     """`_measure` of the magnetic field."""
-    return _measure(S, x0, x1, x2, r0, r1, r2, False, at.E_M, own, variance, limit, references, projected)
+    return _measure(S, x0, x1, x2, r0, r1, r2, False, at.E_M, own, variance, limit, references)
 
 
 @apart
@@ -190,12 +190,12 @@ def clone_field(S, x0, x1, x2, variance):
 
 
 @apart
-def gradient_force(S, x0, x1, x2, y0, y1, y2, decay, variance, limit, references, projected):
+def gradient_force(S, x0, x1, x2, y0, y1, y2, decay, variance, limit, references):
     """AGU, MAGYQ eqs 44-46: from sample to sample."""
-    return _gradient(S, x0, x1, x2, y0, y1, y2, STEP, STEP_BQ, True, decay, variance, limit, references, projected)
+    return _gradient(S, x0, x1, x2, y0, y1, y2, STEP, STEP_BQ, True, decay, variance, limit, references)
 
 
 @apart
-def gradient_field(S, x0, x1, x2, y0, y1, y2, variance, limit, references, projected):
+def gradient_field(S, x0, x1, x2, y0, y1, y2, variance, limit, references):
     """MARU, MAGYQ eqs 40-43: from one magnetometer sample to the next, however many of the gyroscope lie between."""
-    return _gradient(S, x0, x1, x2, y0, y1, y2, TURN, TURN_BQ, False, 1.0, variance, limit, references, projected)
+    return _gradient(S, x0, x1, x2, y0, y1, y2, TURN, TURN_BQ, False, 1.0, variance, limit, references)

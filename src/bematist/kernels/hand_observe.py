@@ -4,6 +4,7 @@ import math
 
 from bematist.kernels import hand_layout as at
 from bematist.kernels import quasi_static, stance
+from bematist.kernels.hand_error import project
 from bematist.kernels.hand_fields import (
     clone_field,
     clone_force,
@@ -76,7 +77,7 @@ def magnetic_updates(S, index, memory, prm, starts, diag, k):
     """Quasi-static field update by the magnetic field, in a static period. Returns the verdict."""
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     f, d, o = at.MAGNETIC, at.FIELD_M, index[FIELD_INDEX + at.RING]
-    projected, references = prm[at.PROJECT] > 0, prm[at.REFERENCE] == at.ESTIMATED
+    references = prm[at.REFERENCE] == at.ESTIMATED
     earth = memory[o + at.IS_EARTH] > 0
     if starts:
         if references:
@@ -88,12 +89,12 @@ def magnetic_updates(S, index, memory, prm, starts, diag, k):
     if prm[f + at.LOCAL] > 0 and (not starts if references else not earth):
         r0, r1, r2 = S[MREF], S[MREF + 1], S[MREF + 2]
         r = prm[f + at.VARIANCE]
-        used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, references, r, prm[f + at.LIMIT], references, projected))
+        used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, references, r, prm[f + at.LIMIT], references))
         refused = not used
     if earth:
         r0, r1, r2 = prm[at.EARTH_E], prm[at.EARTH_N], prm[at.EARTH_U]
         r = prm[f + at.EARTH_VARIANCE]
-        used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, False, r, prm[f + at.LIMIT], references, projected))
+        used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, False, r, prm[f + at.LIMIT], references))
         refused = refused or not used
     return verdict(S, memory, prm, f, o, at.FAULTS, starts, earth, used, refused)
 
@@ -102,7 +103,7 @@ def magnetic_updates(S, index, memory, prm, starts, diag, k):
 def force_updates(S, index, memory, prm, starts, diag, k):
     """Quasi-static field update by the specific force, in a static period. Returns the verdict."""
     f, d, o = at.FORCE, at.FIELD_F, index[FORCE_INDEX + at.RING]
-    projected, references = prm[at.PROJECT] > 0, prm[at.REFERENCE] == at.ESTIMATED
+    references = prm[at.REFERENCE] == at.ESTIMATED
     earth = memory[o + at.IS_EARTH] > 0
     if starts:
         if references:
@@ -114,11 +115,11 @@ def force_updates(S, index, memory, prm, starts, diag, k):
     if prm[f + at.LOCAL] > 0 and (not starts if references else not earth):
         f0, f1, f2, r0, r1, r2 = force(S, 0), force(S, 1), force(S, 2), S[FREF], S[FREF + 1], S[FREF + 2]
         r = prm[f + at.VARIANCE]
-        used = note(diag, k, d, measure_force(S, f0, f1, f2, r0, r1, r2, references, r, prm[f + at.LIMIT], references, projected))
+        used = note(diag, k, d, measure_force(S, f0, f1, f2, r0, r1, r2, references, r, prm[f + at.LIMIT], references))
         refused = not used
     if earth:
         f0, f1, f2, r = force(S, 0), force(S, 1), force(S, 2), prm[f + at.EARTH_VARIANCE]
-        used = note(diag, k, d, measure_force(S, f0, f1, f2, 0.0, 0.0, prm[at.G], False, r, prm[f + at.LIMIT], references, projected))
+        used = note(diag, k, d, measure_force(S, f0, f1, f2, 0.0, 0.0, prm[at.G], False, r, prm[f + at.LIMIT], references))
         refused = refused or not used
     return verdict(S, memory, prm, f, o, at.FAULTS + 1, starts, earth, used, refused)
 
@@ -139,18 +140,18 @@ def verdict(S, memory, prm, f, o, faults, starts, earth, used, refused):
 @inlined
 def gradients(S, prm, dt, decay, steady, still, diag, k):
     """MARU and AGU. They come first: the rotation they test was made with the offset as it was before this sample."""
-    projected, references = prm[at.PROJECT] > 0, prm[at.REFERENCE] == at.ESTIMATED
+    references = prm[at.REFERENCE] == at.ESTIMATED
     if steady and prm[at.MAGNETIC + at.GRADIENT] > 0 and S[LAST_M_KNOWN] > 0:
         x0, x1, x2 = S[LAST_M], S[LAST_M + 1], S[LAST_M + 2]
         r = 2 * prm[at.MAGNETIC + at.VARIANCE] + (x0 * x0 + x1 * x1 + x2 * x2) * prm[at.PSD_ANGLE] * (S[ROW] - S[LAST_M_TIME])
         diag[k, at.FIELD_M + at.GRADIENT_NIS] = gradient_field(
-            S, x0, x1, x2, S[ROW + 7], S[ROW + 8], S[ROW + 9], r, prm[at.MAGNETIC + at.LIMIT], references, projected
+            S, x0, x1, x2, S[ROW + 7], S[ROW + 8], S[ROW + 9], r, prm[at.MAGNETIC + at.LIMIT], references
         )
     if still and prm[at.FORCE + at.GRADIENT] > 0 and S[LAST_F_KNOWN] > 0 and dt > 0:
         x0, x1, x2 = S[LAST_F] - S[BA] / decay, S[LAST_F + 1] - S[BA + 1] / decay, S[LAST_F + 2] - S[BA + 2] / decay
         r = 2 * prm[at.FORCE + at.VARIANCE] + (x0 * x0 + x1 * x1 + x2 * x2) * prm[at.PSD_ANGLE] * dt
         diag[k, at.FIELD_F + at.GRADIENT_NIS] = gradient_force(
-            S, x0, x1, x2, force(S, 0), force(S, 1), force(S, 2), decay, r, prm[at.FORCE + at.LIMIT], references, projected
+            S, x0, x1, x2, force(S, 0), force(S, 1), force(S, 2), decay, r, prm[at.FORCE + at.LIMIT], references
         )
 
 
@@ -160,8 +161,8 @@ def level(S, prm, dt, diag, k):
     f0, f1, f2 = force(S, 0), force(S, 1), force(S, 2)
     off = prm[at.LEVEL_SPREAD] * (math.sqrt(f0 * f0 + f1 * f1 + f2 * f2) - prm[at.G])
     r = (prm[at.LEVEL_PSD] + off * off) / dt
-    references, projected = prm[at.REFERENCE] == at.ESTIMATED, prm[at.PROJECT] > 0
-    note(diag, k, at.FIELD_F, measure_force(S, f0, f1, f2, 0.0, 0.0, prm[at.G], False, r, math.inf, references, projected))
+    references = prm[at.REFERENCE] == at.ESTIMATED
+    note(diag, k, at.FIELD_F, measure_force(S, f0, f1, f2, 0.0, 0.0, prm[at.G], False, r, math.inf, references))
 
 
 @inlined
@@ -174,7 +175,7 @@ def north(S, prm, diag, k):
     if norm > 0 and dt > 0 and abs(norm - prm[at.EARTH_NORM]) <= prm[at.HEADING_NORM]:
         inclination = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm)))
         if abs(inclination - prm[at.EARTH_INCLINATION]) <= prm[at.HEADING_DIP]:
-            nu, _ = heading(S, prm, m0, m1, m2, prm[at.HEADING_PSD] / dt, prm[at.MAGNETIC + at.LIMIT], prm[at.PROJECT] > 0)
+            nu, _ = heading(S, prm, m0, m1, m2, prm[at.HEADING_PSD] / dt, prm[at.MAGNETIC + at.LIMIT])
             diag[k, at.HEADING_NU] = nu
 
 
@@ -226,6 +227,8 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
             diag[k, at.FIELD_M + at.VERDICT] = magnetic_updates(S, index, memory, prm, starts, diag, k)
         if magnetic and prm[at.HEADING_PSD] > 0 and S[LAST_M_KNOWN] > 0:
             north(S, prm, diag, k)
+        if prm[at.PROJECT] > 0:
+            project(S)
     remember(S, magnetic, measured)
 
 
