@@ -161,7 +161,7 @@ class HandParameters(Parameters):
     """Everything that the handheld estimator can be told."""
 
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
-    initial: InitialParameters = InitialParameters(sway=math.radians(1.0), shortest_s=1.0)
+    initial: InitialParameters = InitialParameters(sway=math.radians(1.0), shortest_s=3.0)
     heading_sd: float = Field(
         default=0.0,
         ge=0,
