@@ -12,7 +12,7 @@ from bematist.report import write_report, write_stance_page
 from bematist.stance import StanceParameters, analyse
 from report_cases import reference, turned, walk
 
-PANELS = 12
+PANELS = 16
 HOSTILE = "</script><script>window.broken=1</script><img src=http://x.invalid/ onerror=window.broken=1>&\"'"
 
 ALL_DRAWN = """[...document.querySelectorAll('.js-plotly-plot')].every(
@@ -117,7 +117,7 @@ def test_hovering_marks_the_place_and_the_moment(report: browser.Page) -> None:
         " return [b.left + l.xaxis._offset + l.xaxis._length / 2, b.top + l.yaxis._offset + l.yaxis._length / 2]; })()"
     )
     report.mouse("mouseMoved", x, y)
-    report.until("[...document.querySelectorAll('.cursor')].filter((c) => c.style.display === 'block').length === 13")
+    report.until("[...document.querySelectorAll('.cursor')].filter((c) => c.style.display === 'block').length === 17")
     # Where the mark stands is where the walk was at that time.
     t, east = report.run(
         "(() => { const d = document.getElementById('plot-speed'), p = document.getElementById('plot-plan');"

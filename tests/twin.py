@@ -128,11 +128,14 @@ class Filter:
         self.predicted = self.v
         self.P = Phi @ self.P @ Phi.T + np.diag(np.repeat(self.psd, 3)) * dt
 
-    def update(self, H, z, R, attitude=True):
+    def update(self, H, z, R, attitude=True, turned=False):
         S = H @ self.P @ H.T + R
         K = self.P @ H.T @ np.linalg.inv(S)
         e = K @ z
         A = np.eye(15) - K @ H
+        if turned:
+            rest = self.v - e[3:6] - np.cross(self.v, e[:3])
+            e[3:6] = self.v - Rotation.from_rotvec(-e[:3]).as_matrix() @ rest
         self.P = A @ self.P @ A.T + K @ R @ K.T
         if attitude:
             self.C = Rotation.from_rotvec(-e[:3]).as_matrix() @ self.C
@@ -145,7 +148,7 @@ class Filter:
         H[:, 3:6] = np.eye(3)
         if self.invariant:
             H[:, :3] = skew(self.v)
-        return self.update(H, self.v.copy(), np.eye(3) * sd**2, attitude)
+        return self.update(H, self.v.copy(), np.eye(3) * sd**2, attitude, turned=self.invariant and attitude)
 
     def set_attitude(self, raw, m):
         """State 3: TRIAD of what is measured, and psi = A x + noise with x the offset of the accelerometer."""

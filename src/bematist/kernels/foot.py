@@ -13,7 +13,26 @@ from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BA, BG, ROW, Q, V, X
 from bematist.kernels.magnetic import magnetic_heading, set_attitude
 from bematist.kernels.pace import follow
+from bematist.kernels.rotation import exp_quaternion, matrix
 from bematist.kernels.strapdown import elapse, predict
+
+
+@inlined
+def turn_velocity_error(S):
+    """Let the corrected velocity be exp(-[psi x]) (v - dv - v x psi), as the invariant error means it, and not v - dv, its first order.
+
+    After a gap velocity and psi are large; to first order v x psi would remain, and the next samples would take it for more psi.
+    """
+    e0, e1, e2 = S[at.E], S[at.E + 1], S[at.E + 2]
+    v0, v1, v2 = S[V], S[V + 1], S[V + 2]
+    u0 = v0 - S[at.E + 3] - (v1 * e2 - v2 * e1)
+    u1 = v1 - S[at.E + 4] - (v2 * e0 - v0 * e2)
+    u2 = v2 - S[at.E + 5] - (v0 * e1 - v1 * e0)
+    w, x, y, z = exp_quaternion(-e0, -e1, -e2)
+    C0, C1, C2, C3, C4, C5, C6, C7, C8 = matrix(w, x, y, z)
+    S[at.E + 3] = v0 - (C0 * u0 + C1 * u1 + C2 * u2)
+    S[at.E + 4] = v1 - (C3 * u0 + C4 * u1 + C5 * u2)
+    S[at.E + 5] = v2 - (C6 * u0 + C7 * u1 + C8 * u2)
 
 
 @inlined
@@ -25,6 +44,8 @@ def correct(S, prm, sd, reset, diag, k):
     diag[k, at.NIS] = vector_measurement(S, 3, v0, v1, v2, t * v0, t * v1, t * v2, sd * sd)
     diag[k, at.ZV_SD] = sd
     diag[k, at.STATE] = 3.0 if reset else 2.0
+    if t > 0 and not reset:
+        turn_velocity_error(S)
     feed_back(S, not reset)
     if reset:
         # The attitude stays TRIAD's (eq 12), with the accelerometer's offset as it now is.
