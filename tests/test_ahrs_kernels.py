@@ -10,7 +10,7 @@ from numba import njit
 
 import twin_ahrs as twin
 from bematist.frames import conjugate, multiply
-from bematist.kernels import ahrs
+from bematist.kernels import ahrs, rotation
 
 NORTH = {"x to magnetic north": (1.0, 0.0), "ENU": (0.0, 1.0), "ENU, declination": (math.sin(0.3), math.cos(0.3))}
 
@@ -27,7 +27,7 @@ def madgwick_direction(q, f, m, he, hn):
 
 @njit
 def integrate_first_order(q, w, dt):
-    return ahrs.integrate_first_order(q[0], q[1], q[2], q[3], w[0], w[1], w[2], dt)
+    return rotation.normalise(*ahrs.first_order(q[0], q[1], q[2], q[3], w[0], w[1], w[2], dt))
 
 
 def drawn(seed):

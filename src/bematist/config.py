@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from bematist.parameters import Parameters
 
 Model = TypeVar("Model", bound="Parameters")
+Entry = TypeVar("Entry")
 Table = dict[str, Any]
 
 NONE = "none"
@@ -51,6 +52,21 @@ def choose(what: str, name: str, known: Iterable[str]) -> str:
     if name in known:
         return name
     raise UsageError(f'There is no {what} "{name}".{closest(name, known)} Known: {", ".join(known)}.')
+
+
+def look_up(what: str, name: str, table: Mapping[str, Entry]) -> Entry:
+    """The entry of that name of a table in which names are known by what they do.
+
+    Raises
+    ------
+    UsageError
+        There is none; the message names the nearest and all of them.
+    """
+    if name not in table:
+        near = difflib.get_close_matches(name, table, n=1)
+        hint = f"Did you mean {near[0]}? " if near else ""
+        raise UsageError(f"There is no {what} {name!r}. {hint}Known are: {', '.join(table)}.")
+    return table[name]
 
 
 def with_rule(changes: Mapping[str, Any]) -> Mapping[str, Any]:

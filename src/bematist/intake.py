@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.errors import DataError, UsageError
+from bematist.kernels.layout import BRIDGED_OVER
+from bematist.kernels.stance import HELD_SAMPLE, MISSING
 
 Array = NDArray[np.float64]
 
@@ -106,3 +108,23 @@ def sample_rows(rows: Array) -> Array:
             f"{rows.shape}. Write NaN where there is no magnetometer."
         )
     return rows
+
+
+def gap_warnings(gaps: Array, doubtful: str) -> list[str]:
+    """What a result says of gaps (G,), s, that were bridged, and what is in doubt because of them; nothing without one."""
+    if not len(gaps):
+        return []
+    return [
+        f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the {doubtful} is in doubt from "
+        "there on."
+    ]
+
+
+def bridging_warnings(time: Array, flags: NDArray[np.float32], doubtful: str) -> list[str]:
+    """What a result says of gaps and missing values: times (N,), s, and what became of each sample (flags of `kernels.stance`)."""
+    known = np.flatnonzero(flags != MISSING)
+    found = gap_warnings(np.diff(time[known])[flags[known][1:] == BRIDGED_OVER], doubtful)
+    for value, words in ((HELD_SAMPLE, "held over missing values"), (MISSING, "skipped, values missing for too long")):
+        if n := int((flags == value).sum()):
+            found.append(f"{n} of {len(time)} samples were {words}.")
+    return found

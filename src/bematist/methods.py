@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bematist import config as config_tables
+from bematist.config import look_up, with_rule
 from bematist.errors import UsageError
 from bematist.foot import FootIns, FootParameters
 from bematist.recording import Recording
@@ -171,11 +170,7 @@ METHODS: dict[str, Method] = {
 
 def find_method(name: str) -> Method:
     """The method of that name; UsageError names the nearest ones."""
-    if name not in METHODS:
-        near = difflib.get_close_matches(name, METHODS, n=1)
-        hint = f"Did you mean {near[0]}?" if near else ""
-        raise UsageError(f"There is no method {name!r}. {hint} Known are: {', '.join(METHODS)}.".replace("  ", " "))
-    return METHODS[name]
+    return look_up("method", name, METHODS)
 
 
 def track(
@@ -203,5 +198,5 @@ def track(
     if not isinstance(recording, Recording):
         raise UsageError(f"track takes a Recording, not {type(recording).__name__}: read the file first, track(read(path)).")
     m = find_method(method)
-    parameters = m.parameters.override(config_tables.with_rule(config or {})).override(config_tables.with_rule(overrides))
+    parameters = m.parameters.override(with_rule(config or {})).override(with_rule(overrides))
     return FootIns(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)

@@ -1,6 +1,7 @@
 """`python -m bematist.warmup`: compile every kernel once into the cache, so that the first real run need not wait."""
 
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +15,40 @@ from bematist.recording import Recording
 from bematist.stance import analyse
 
 
-def warm_up() -> None:
-    """Run every compiled kernel on a second of nothing."""
+def still() -> Recording:
+    """A second of nothing."""
     rng = np.random.default_rng(0)
     n = 100
-    still = np.tile([0.0, 0.0, 9.8], (n, 1)) + rng.normal(0, 0.01, (n, 3))
-    still[50] = np.nan  # so that the filling of missing values is compiled too
-    recording = Recording(time=np.arange(n) / 100, specific_force=still, angular_rate=rng.normal(0, 0.001, (n, 3)))
+    force = np.tile([0.0, 0.0, 9.8], (n, 1)) + rng.normal(0, 0.01, (n, 3))
+    force[50] = np.nan  # so that the filling of missing values is compiled too
+    return Recording(time=np.arange(n) / 100, specific_force=force, angular_rate=rng.normal(0, 0.001, (n, 3)))
+
+
+def foot() -> None:
+    """The kernels of a path: filter, detector, clock, and the numbers of the CSV file."""
+    recording = still()
     with tempfile.TemporaryDirectory() as folder:
         write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
-    attitude(recording)
-    attitude(recording, "hand")
     analyse(recording)
-    overlapping_variance(still[:50, 2].copy(), Stretches((slice(0, 50),), 0.01), averaging_spans(50))
-    clockfit.uniform(recording.time + rng.uniform(0, 0.02, n))
+    clockfit.uniform(recording.time + np.random.default_rng(1).uniform(0, 0.02, len(recording)))
+
+
+def attitudes() -> None:
+    """The attitude filters."""
+    attitude(still())
+    attitude(still(), "hand")
+
+
+def noise() -> None:
+    """The Allan deviation."""
+    overlapping_variance(still().specific_force[:50, 2].copy(), Stretches((slice(0, 50),), 0.01), averaging_spans(50))
+
+
+def warm_up() -> None:
+    """Run every compiled kernel, on all processors."""
+    with ProcessPoolExecutor() as pool:
+        for done in [pool.submit(job) for job in (foot, attitudes, noise)]:
+            done.result()
 
 
 if __name__ == "__main__":

@@ -1,20 +1,18 @@
-"""`Ahrs`: attitude in batch, in chunks and sample by sample."""
+"""`Ahrs`: the attitude filters gyro, Mahony and Madgwick."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bematist.ahrs.parameters import AhrsParameters, MadgwickParameters
-from bematist.align import Alignment, InitialParameters, initial_alignment
+from bematist.align import InitialParameters, initial_alignment
+from bematist.attitude_estimator import AttitudeEstimator
 from bematist.attitudes import Attitude
-from bematist.errors import DataError, UsageError
-from bematist.intake import Intake, sample_rows
+from bematist.intake import gap_warnings
 from bematist.kernels import attitude as kernel
 from bematist.recording import Recording
 from bematist.stance import sampling_rate
@@ -25,98 +23,21 @@ MAGNETIC_NORTH = (0.0, 1.0, 0.0)
 """Earth's field where none is given: its horizontal part points North."""
 
 
-class Ahrs:
-    """An attitude filter.
-
-    `run(recording)` answers for a whole recording. Live, `update(rows)` takes sample rows (n,10), `recording.SAMPLE_COLUMNS`, in pieces of
-    any size and returns their attitudes, and `finish()` the rest of a recording that ended early; the pieces are, bit for bit, what `run`
-    returns. The first `initial.longest_s` seconds are gathered before the first answer; from then on there is no delay.
-    """
+class Ahrs(AttitudeEstimator[AhrsParameters]):
+    """The filters after Li & Wang: gyroscope alone, Mahony, Madgwick."""
 
     def __init__(self, parameters: AhrsParameters | None = None, *, name: str = "") -> None:
-        self.parameters = parameters or MadgwickParameters()
-        self.name = name
-        self.alignment: Alignment | None = None
-        self.north = "none"
-        self._intake = Intake(self.parameters.initial.longest_s, "Ahrs")
-        self._state: tuple[Array, Array] | None = None
+        parameters = parameters or MadgwickParameters()
+        super().__init__(parameters, parameters.initial.longest_s, name)
 
-    @property
-    def warnings(self) -> list[str]:
-        """What is suspicious so far."""
-        return self._intake.warnings
+    def _results(self, n: int) -> tuple[Array, Array]:
+        return np.empty(n), np.empty((n, kernel.OUT))
 
-    def run(self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None) -> Attitude:
-        """The attitudes of a whole recording, fed in chunks of `chunk` samples.
-
-        progress is called with the number of samples done and of all. Raises DataError where the recording cannot be processed.
-        """
-        if not self._intake.untouched:
-            raise UsageError("This Ahrs has been given samples already: make a new one for each recording.")
-        if not len(recording):
-            raise DataError(f"{recording.source or 'The recording'} has no samples.")
-        started = time.perf_counter()
-        n, size = len(recording), chunk or 50_000
-        times, out = np.empty(n), np.empty((n, kernel.OUT))
-        done = 0
-        for start in range(0, n, size):
-            last = start + size >= n
-            done += self._advance(recording.samples(start, start + size), last, times[done:], out[done:])
-            if progress:
-                progress(min(start + size, n), n)
-        elapsed = time.perf_counter() - started
-        warnings = (*recording.warnings, *self.warnings, *_judge(times, out, self.parameters, recording))
-        return self._attitude(times, out, warnings=warnings, processing_s=elapsed, source=recording.source)
-
-    def update(self, rows: Array) -> Attitude:
-        """Take in sample rows (n,10); their attitudes, once the start is aligned (before that, none).
-
-        Rows whose time does not increase are dropped and counted in a warning.
-        """
-        return self._piece(sample_rows(rows), False)
-
-    def finish(self) -> Attitude:
-        """No more samples will come: the attitudes of those that are still gathered, of a recording shorter than `initial.longest_s`."""
-        return self._piece(np.empty((0, 10)), True)
-
-    def save(self) -> dict[str, Any]:
-        """The whole state as plain values and arrays: `restore` goes on from it as if nothing had happened."""
-        return {
-            "parameters": self.parameters,
-            "name": self.name,
-            "north": self.north,
-            "intake": self._intake.save(),
-            "alignment": self.alignment,
-            "state": None if self._state is None else [a.copy() for a in self._state],
-        }
-
-    @classmethod
-    def restore(cls, saved: Mapping[str, Any]) -> Ahrs:
-        """A filter in the state that `save` returned."""
-        self = cls(saved["parameters"], name=saved["name"])
-        self._intake = Intake.restore(saved["intake"])
-        self.alignment, self.north = saved["alignment"], saved["north"]
-        if saved["state"] is not None:
-            S, prm = (a.copy() for a in saved["state"])
-            self._state = (S, prm)
-        return self
-
-    def _piece(self, rows: Array, finish: bool) -> Attitude:
-        n = self._intake.waiting + len(rows)
-        times, out = np.empty(n), np.empty((n, kernel.OUT))
-        done = self._advance(rows, finish, times, out)
-        return self._attitude(times[:done], out[:done], warnings=tuple(self.warnings))
-
-    def _advance(self, rows: Array, finish: bool, times: Array, out: Array) -> int:
-        """Feed rows; write the times and results of those that are answered, and return how many these are."""
-        head, rows = self._intake.take(rows, finish)
-        if head is not None:
-            self._start(head)
-        if self._state is None or not len(rows):
-            return 0
+    def _feed(self, rows: Array, *results: NDArray[Any]) -> None:
+        assert self._state is not None
+        times, out = results
         times[: len(rows)] = rows[:, 0]
         kernel.run(*self._state, np.ascontiguousarray(rows.T), out[: len(rows)])
-        return len(rows)
 
     def _start(self, head: Array) -> None:
         """Levelled on the mean of a rest, and aimed by the mean field (Li & Wang eqs 16-23, errata: averages, and the levelled field)."""
@@ -147,7 +68,12 @@ class Ahrs:
         prm[kernel.NORTH_E], prm[kernel.NORTH_N] = north or (0.0, 1.0)
         self._state = (S, prm)
 
-    def _attitude(self, times: Array, out: Array, **fields: Any) -> Attitude:
+    def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
+        times, out = results
+        return _judge(times, out, self.parameters, recording)
+
+    def _attitude(self, *results: NDArray[Any], **fields: Any) -> Attitude:
+        times, out = results
         return Attitude(
             time=times,
             attitude=out[:, :4],
@@ -170,14 +96,8 @@ def _horizontal(field: Any) -> tuple[float, float] | None:
 
 def _judge(times: Array, out: Array, p: AhrsParameters, recording: Recording) -> list[str]:
     """Warnings about the result."""
-    found = []
     flag = out[:, kernel.FLAG]
-    gaps = np.diff(times)[flag[1:] == kernel.BRIDGED]
-    if len(gaps):
-        found.append(
-            f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the heading is in doubt from "
-            "there on."
-        )
+    found = gap_warnings(np.diff(times)[flag[1:] == kernel.BRIDGED], "heading")
     for value, words in (
         (kernel.HELD, "had no angular rate: the last one was held"),
         (kernel.MISSING, "had no angular rate for too long: nothing was turned"),

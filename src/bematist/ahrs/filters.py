@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
+from bematist.attitude_estimator import AttitudeEstimator
 from bematist.attitudes import Attitude
+from bematist.config import look_up
 from bematist.errors import UsageError
 from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
 from bematist.parameters import Parameters
 from bematist.recording import Recording
-
-
-class Estimator(Protocol):
-    """What a filter of the table must be able to do."""
-
-    def run(self, recording: Recording, *, chunk: int | None = None, progress: Callable[[int, int], None] | None = None) -> Attitude: ...
 
 
 @dataclass(frozen=True)
@@ -31,7 +26,7 @@ class Filter:
     paper: str
     equations: str
     parameters: Parameters
-    make: Callable[..., Estimator]
+    make: Callable[..., AttitudeEstimator[Any]]
 
 
 FILTERS: dict[str, Filter] = {
@@ -109,11 +104,7 @@ FILTERS: dict[str, Filter] = {
 
 def find_filter(name: str) -> Filter:
     """The filter of that name; UsageError names the nearest ones."""
-    if name not in FILTERS:
-        near = difflib.get_close_matches(name, FILTERS, n=1)
-        hint = f"Did you mean {near[0]}? " if near else ""
-        raise UsageError(f"There is no filter {name!r}. {hint}Known are: {', '.join(FILTERS)}.")
-    return FILTERS[name]
+    return look_up("filter", name, FILTERS)
 
 
 def attitude(

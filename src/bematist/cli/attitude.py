@@ -13,7 +13,7 @@ from bematist import __version__, config
 from bematist.cli import options
 from bematist.cli.app import app
 from bematist.cli.console import output, progress, seconds, table, warn
-from bematist.cli.job import changes_from, configured
+from bematist.cli.job import changes_from, configured, judged_by
 from bematist.cli.options import Reading
 from bematist.errors import DataError
 from bematist.outputs import results_folder, to_json
@@ -126,12 +126,7 @@ def _judged(
 
     if truth is None or (truth.attitude is None and not required):
         return []
-    try:
-        return [evaluate_attitude(a, truth, align) for a in found]
-    except DataError as error:
-        if required:
-            raise
-        return f"The reference that came with the recording was left out: {error}"
+    return judged_by(lambda: [evaluate_attitude(a, truth, align) for a in found], required=required)
 
 
 def _write(

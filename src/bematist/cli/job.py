@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from bematist import config
 from bematist.cli.console import progress
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from bematist.evaluate import Evaluation
     from bematist.recording import Recording, Reference
     from bematist.trajectory import Trajectory
+
+
+Judged = TypeVar("Judged")
 
 
 @dataclass(frozen=True)
@@ -101,8 +104,14 @@ def judge(trajectory: Trajectory, truth: Reference | None, *, align: str = "yaw"
         return None
     from bematist.evaluate import evaluate
 
+    kind = config.choose("alignment", align, ALIGNMENTS)
+    return judged_by(lambda: evaluate(trajectory, truth, align=kind), required=required)  # pyright: ignore[reportArgumentType]
+
+
+def judged_by(evaluation: Callable[[], Judged], *, required: bool) -> Judged | str:
+    """What an evaluation tells; why not, where a reference that only came along does not fit."""
     try:
-        return evaluate(trajectory, truth, align=config.choose("alignment", align, ALIGNMENTS))  # pyright: ignore[reportArgumentType]
+        return evaluation()
     except DataError as error:
         if required:
             raise

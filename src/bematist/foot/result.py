@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.intake import bridging_warnings
 from bematist.kernels import layout as kernel
-from bematist.kernels.stance import MISSING
 from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -20,20 +20,8 @@ PHONE = (
 
 def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array) -> list[str]:
     """Warnings about the result."""
-    found = []
     stood = np.isfinite(diagnostics[:, kernel.ZV_SD])
-    known = np.flatnonzero(diagnostics[:, kernel.BRIDGED] != MISSING)
-    bridged = diagnostics[known, kernel.BRIDGED] == kernel.BRIDGED_OVER
-    if bridged.any():
-        gaps = np.diff(nav[known, 0])[bridged[1:]]
-        found.append(
-            f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the path is in doubt "
-            "from there on."
-        )
-    for value, word in ((1, "held over missing values"), (2, "skipped, values missing for too long")):
-        n = int((diagnostics[:, kernel.BRIDGED] == value).sum())
-        if n:
-            found.append(f"{n} of {len(nav)} samples were {word}.")
+    found = bridging_warnings(nav[:, 0], diagnostics[:, kernel.BRIDGED], "path")
     if not stood.any():
         found.append(
             "No stance was found: the path is dead reckoning without any correction and means nothing after a few seconds. Look at "

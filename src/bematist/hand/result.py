@@ -9,29 +9,15 @@ from numpy.typing import NDArray
 
 from bematist.attitudes import Attitude
 from bematist.hand.parameters import HandParameters
+from bematist.intake import bridging_warnings
 from bematist.kernels import hand_layout as kernel
-from bematist.kernels.stance import HELD_SAMPLE, MISSING
 
 Array = NDArray[np.float64]
-
-VERDICTS = ("no sample", "changing", "local", "earth", "fault", "unused")
-"""What became of a sample of a field, by its number in the diagnostics."""
 
 
 def judge(nav: Array, diagnostics: NDArray[np.float32], p: HandParameters, has_magnetometer: bool) -> list[str]:
     """Warnings about the result."""
-    found = []
-    flag = diagnostics[:, kernel.BRIDGED]
-    known = np.flatnonzero(flag != MISSING)
-    gaps = np.diff(nav[known, 0])[flag[known][1:] == kernel.BRIDGED_OVER]
-    if len(gaps):
-        found.append(
-            f"{len(gaps)} gap(s) of {gaps.sum():.2f} s in all were bridged, the longest {gaps.max():.2f} s: the heading is in doubt from "
-            "there on."
-        )
-    for value, word in ((HELD_SAMPLE, "held over missing values"), (MISSING, "skipped, values missing for too long")):
-        if n := int((flag == value).sum()):
-            found.append(f"{n} of {len(nav)} samples were {word}.")
+    found = bridging_warnings(nav[:, 0], diagnostics[:, kernel.BRIDGED], "heading")
     if p.attitude.correction == "kalman" and p.attitude.magnetic.use:
         verdict = diagnostics[:, kernel.FIELD_M + kernel.VERDICT]
         faults = int((verdict == kernel.FAULT).sum())

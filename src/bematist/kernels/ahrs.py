@@ -8,7 +8,10 @@ not finite, and likewise a magnetic flux density, is left out. Quaternions must 
 import math
 
 from bematist.kernels.jit import inlined
-from bematist.kernels.rotation import matrix, normalise
+from bematist.kernels.rotation import matrix
+
+LONGEST_PULL_S = 0.1
+"""A magnetometer sample stands for at most this long in Mahony's filter, s."""
 
 
 @inlined
@@ -93,13 +96,3 @@ def first_order(q0, q1, q2, q3, w0, w1, w2, dt):
         q2 + q0 * y - q1 * z + q3 * x,
         q3 + q0 * z + q1 * y - q2 * x,
     )
-
-
-@inlined
-def integrate_first_order(q0, q1, q2, q3, w0, w1, w2, dt):
-    """The attitude turned by w dt to first order and normalised (erratum of eqs 24 and 29: at every step).
-
-    It turns by 2 atan(|w| dt / 2): 0.08 % too little at 10 rad/s and 100 Hz. Exact: `rotation.exp_quaternion`.
-    """
-    a, b, c, d = first_order(q0, q1, q2, q3, w0, w1, w2, dt)
-    return normalise(a, b, c, d)

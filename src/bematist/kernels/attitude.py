@@ -2,7 +2,7 @@
 
 import math
 
-from bematist.kernels.ahrs import first_order, madgwick_direction, mahony_error
+from bematist.kernels.ahrs import LONGEST_PULL_S, first_order, madgwick_direction, mahony_error
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.rotation import exp_quaternion, multiply, normalise
 
@@ -19,9 +19,6 @@ GYRO, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 BIAS_OUT, FLAG = 4, 7
 OUT = 8
 MEASURED, HELD, MISSING, BRIDGED = 0.0, 1.0, 2.0, 3.0
-
-LONGEST_PULL_S = 0.1
-"""A magnetometer sample stands for at most this long in Mahony's filter, s."""
 
 
 @inlined

@@ -10,6 +10,7 @@ The covariance is 15 rows of 16 at the head of the workspace S (the last column 
 import math
 
 from bematist.kernels import layout as at
+from bematist.kernels.innovation import factor, whiten
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import BA, E, M, Q, V, W
 from bematist.kernels.rotation import exp_quaternion, multiply, normalise
@@ -91,27 +92,23 @@ def vector_measurement(S, first, z0, z1, z2, t0, t1, t2, variance):
         S[W + 16 + c] = S[q + c] + t2 * S[c] - t0 * S[32 + c]
         S[W + 32 + c] = S[r + c] + t0 * S[16 + c] - t1 * S[c]
     o = W + first
-    l00 = math.sqrt(S[o] + t1 * S[W + 2] - t2 * S[W + 1] + variance)
-    i0 = 1 / l00
-    l10 = (S[o + 16] + t1 * S[W + 18] - t2 * S[W + 17]) * i0
-    l20 = (S[o + 32] + t1 * S[W + 34] - t2 * S[W + 33]) * i0
-    i1 = 1 / math.sqrt(S[o + 17] + t2 * S[W + 16] - t0 * S[W + 18] + variance - l10 * l10)
-    l21 = (S[o + 33] + t2 * S[W + 32] - t0 * S[W + 34] - l20 * l10) * i1
-    i2 = 1 / math.sqrt(S[o + 34] + t0 * S[W + 33] - t1 * S[W + 32] + variance - l20 * l20 - l21 * l21)
-    y0 = z0 * i0
-    y1 = (z1 - l10 * y0) * i1
-    y2 = (z2 - l20 * y0 - l21 * y1) * i2
-    for c in range(16):
-        a = S[W + c] * i0
-        b = (S[W + 16 + c] - l10 * a) * i1
-        g = (S[W + 32 + c] - l20 * a - l21 * b) * i2
-        S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
-        S[E + c] = a * y0 + b * y1 + g * y2
+    L = factor(
+        S[o] + t1 * S[W + 2] - t2 * S[W + 1] + variance,
+        S[o + 16] + t1 * S[W + 18] - t2 * S[W + 17],
+        S[o + 17] + t2 * S[W + 16] - t0 * S[W + 18] + variance,
+        S[o + 32] + t1 * S[W + 34] - t2 * S[W + 33],
+        S[o + 33] + t2 * S[W + 32] - t0 * S[W + 34],
+        S[o + 34] + t0 * S[W + 33] - t1 * S[W + 32] + variance,
+        z0,
+        z1,
+        z2,
+    )
+    whiten(S, W, E, L)
     for row in range(15):
         a, b, g = S[W + row], S[W + 16 + row], S[W + 32 + row]
         for c in range(16):
             S[16 * row + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
-    return y0 * y0 + y1 * y1 + y2 * y2
+    return L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
 
 
 @inlined

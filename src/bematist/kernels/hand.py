@@ -26,6 +26,7 @@ from bematist.kernels.hand_layout import (
 )
 from bematist.kernels.hand_observe import observe, restart_turn
 from bematist.kernels.jit import inlined, kernel
+from bematist.kernels.layout import BRIDGED_OVER
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
 
 
@@ -134,7 +135,7 @@ def elapse(S, prm, index, memory):
     elif dt > prm[at.GAP_S]:
         bridge(S, prm, index, memory, dt)
         dt = 0.0
-        what = at.BRIDGED_OVER
+        what = BRIDGED_OVER
     S[TIME] = t
     S[STARTED] = 1.0
     return dt, what

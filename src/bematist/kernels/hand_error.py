@@ -5,10 +5,9 @@ accelerometer offset (3), references of magnetic field and specific force in n (
 gyroscope-quaternion offset is no state. The covariance is 16 rows of 16 at the head of the workspace S.
 """
 
-import math
-
 from bematist.kernels import hand_layout as at
 from bematist.kernels.hand_layout import E, Q, W, X
+from bematist.kernels.innovation import whiten
 from bematist.kernels.jit import apart, inlined
 from bematist.kernels.rotation import normalise
 
@@ -257,20 +256,6 @@ def times_block(S, r, e, h):
 
 
 @inlined
-def nis(s00, s10, s11, s20, s21, s22, z0, z1, z2):
-    """Factor L of the innovation's covariance, as 1/l00, l10, 1/l11, l20, l21, 1/l22, and y = L⁻¹ z, whose square is the NIS."""
-    i0 = 1 / math.sqrt(s00)
-    l10, l20 = s10 * i0, s20 * i0
-    i1 = 1 / math.sqrt(s11 - l10 * l10)
-    l21 = (s21 - l20 * l10) * i1
-    i2 = 1 / math.sqrt(s22 - l20 * l20 - l21 * l21)
-    y0 = z0 * i0
-    y1 = (z1 - l10 * y0) * i1
-    y2 = (z2 - l20 * y0 - l21 * y1) * i2
-    return i0, l10, i1, l20, l21, i2, y0, y1, y2
-
-
-@inlined
 def subtract(S, references):
     """P ← P − W Wᵀ. Several rows in one loop, at fixed places: else the compiler would not use its vector registers."""
     a0, b0, g0 = S[W + 0], S[W + 16], S[W + 32]
@@ -320,13 +305,7 @@ def update(S, L, references):
 
     Without `references` in the state, their rows are zero and left out.
     """
-    i0, l10, i1, l20, l21, i2, y0, y1, y2 = L
-    for c in range(16):
-        a = S[W + c] * i0
-        b = (S[W + 16 + c] - l10 * a) * i1
-        g = (S[W + 32 + c] - l20 * a - l21 * b) * i2
-        S[W + c], S[W + 16 + c], S[W + 32 + c] = a, b, g
-        S[E + c] = a * y0 + b * y1 + g * y2
+    whiten(S, W, E, L)
     subtract(S, references)
     correct(S)
 

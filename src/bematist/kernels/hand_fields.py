@@ -9,7 +9,6 @@ from bematist.kernels import hand_layout as at
 from bematist.kernels.hand_error import (
     h1,
     h3,
-    nis,
     rotation_rows,
     rows_accel,
     rows_gyro,
@@ -23,6 +22,7 @@ from bematist.kernels.hand_error import (
     update_scalar,
 )
 from bematist.kernels.hand_layout import BQ, FREF, MREF, STEP, STEP_BQ, TURN, TURN_BQ, USED_BQ, Q, W
+from bematist.kernels.innovation import factor
 from bematist.kernels.jit import apart, inlined
 from bematist.kernels.rotation import matrix
 
@@ -42,7 +42,7 @@ def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, 
     z2 = r2 - (C[6] * x0 + C[7] * x1 + C[8] * x2)
     h = h1(q0, q1, q2, q3, x0, x1, x2)
     s00, s10, s11, s20, s21, s22 = _innovation(S, h, C, force, reference, own)
-    L = nis(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
+    L = factor(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
     value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
     used = value <= limit
     if used:
@@ -131,7 +131,7 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
         t10, t11, _ = times_block(S, 1, at.E_BA, a)
         t20, t21, t22 = times_block(S, 2, at.E_BA, a)
         s00, s10, s11, s20, s21, s22 = s00 + t00, s10 + t10, s11 + t11, s20 + t20, s21 + t21, s22 + t22
-    L = nis(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
+    L = factor(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
     value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
     if value <= limit:
         update(S, L, references)

@@ -78,4 +78,3 @@ DIAG = 32
 
 # verdicts on a field
 NO_SAMPLE, CHANGING, LOCAL_USED, EARTH_USED, FAULT, UNUSED = range(6)
-BRIDGED_OVER = 3.0

@@ -6,15 +6,12 @@ ENU, so gravity is (0, 0, -g) (MAGINAV eq 15 is NED).
 import math
 
 from bematist.kernels import layout as at
-from bematist.kernels.ahrs import first_order, madgwick_direction, mahony_error
+from bematist.kernels.ahrs import LONGEST_PULL_S, first_order, madgwick_direction, mahony_error
 from bematist.kernels.error_state import propagate_covariance
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import BA, BG, FIELD_TIME, INTEGRAL, PREDICTED, RATE, ROW, STARTED, TIME, Q, V, X
 from bematist.kernels.magnetic import magnetic_gate, set_attitude
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
-
-LONGEST_PULL_S = 0.1
-"""A magnetometer sample stands for at most this long in Mahony's filter, s."""
 
 
 @inlined

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bematist.report.still import COLORS
+from bematist.report.still import COLORS, dress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,13 +28,6 @@ def sheet(rows: int = 1, columns: int = 1, *, width: float = 8.0, height: float 
     for a in axes:
         dress(a)
     return figure, axes
-
-
-def dress(axes: Axes) -> None:
-    """Grid behind, no box."""
-    axes.grid(color="#e3e6ea", linewidth=0.6)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.set_axisbelow(True)
 
 
 def colored(names: Sequence[str]) -> dict[str, str]:

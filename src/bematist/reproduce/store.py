@@ -18,7 +18,10 @@ from bematist.outputs import to_json, whole_file
 from bematist.reproduce.study import Case, Found, Part, Result
 
 SHOWING = {"cli", "io", "report", "reproduce"}
-"""Rooms of the package on which no number depends; of `reproduce`, the module of the case's own function and `numbers` count."""
+"""Rooms of the package on which no number depends, but for `COUNTED` and the module of the case's own function."""
+
+COUNTED = ("reproduce/numbers.py", "report/decimate.py")
+"""Modules of those rooms that cases compute with."""
 
 
 @cache
@@ -27,7 +30,7 @@ def code(module: Path) -> str:
     package = Path(bematist.__file__).parent
     rooms = [p for p in package.rglob("*.py") if p.relative_to(package).parts[0] not in SHOWING]
     digest = hashlib.sha256(bematist.__version__.encode())
-    for path in [*sorted(rooms), package / "reproduce" / "numbers.py", module]:
+    for path in [*sorted(rooms), *(package / name for name in COUNTED), module]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
