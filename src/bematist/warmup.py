@@ -1,11 +1,13 @@
-"""`python -m bematist.warmup`: compile every kernel once into the cache, so that the first real run need not wait."""
+"""`python -m bematist.warmup`: compile every kernel and module once into the cache, so that the first real run need not wait."""
 
+import compileall
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
+import bematist
 from bematist import clockfit
 from bematist.ahrs import attitude
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
@@ -45,7 +47,8 @@ def noise() -> None:
 
 
 def warm_up() -> None:
-    """Run every compiled kernel, on all processors."""
+    """Run every compiled kernel, on all processors; modules are compiled too, also where the interpreter is told to leave no bytecode."""
+    compileall.compile_dir(bematist.__path__[0], quiet=2)
     with ProcessPoolExecutor() as pool:
         for done in [pool.submit(job) for job in (foot, attitudes, noise)]:
             done.result()

@@ -151,6 +151,8 @@ def _settle() -> None:
     """What a short process is better off with; set before numpy is imported."""
     # No matrix here is large, and the idle workers of a BLAS spin.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Looking for plugins of pydantic means to read the metadata of every installed package.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # A look for cyclic garbage after every few hundred new objects takes a tenth of the time of the imports.
     gc.set_threshold(100_000)
 
