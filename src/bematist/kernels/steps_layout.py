@@ -1,0 +1,110 @@
+"""Where things stand in the flat arrays of the step detector: workspace, parameters, results."""
+
+CELL_S = 0.04  # everything but the direction up runs on means over cells of this length, whatever the sampling rate
+LAGS = 42  # of the autocorrelation, in cells: up to 1.64 s
+RING = 64  # cells kept; each value stands twice, so that the last RING stand in a row
+MAX_NEW = 16  # steps that wait for a walk to be confirmed, and thus the most that are counted at once
+
+# workspace S: what `advance` answers
+COUNT, FREQUENCY, MOTION, CARRYING, LAST_EVENT = range(5)
+# time and the direction up in b
+TIME, STARTED, AGE, ORIGIN, CELLS = 5, 6, 7, 8, 9
+UP, GRAVITY = 10, 13
+PREVIOUS, SUM = 16, 24  # channels of the sample before, and their integrals over the cell under way
+V, WX, WY, WZ, FX, FY, FZ, FF = range(8)
+CHANNELS = 8
+# band-pass filters: two states each
+HIGH_PASS, BAND_1, BAND_2 = 32, 34, 36
+SLOW_W = 38  # 3: slow part of the angular rate
+CENTRE = 41  # frequency of the band pass, Hz
+BAND = 42  # 3: band-passed values of the last cells, newest first
+PEAK_TIME, PEAK_OPEN = 46, 47
+# energies over exponential windows
+ENERGY, SHORT, RATE_ENERGY, IMPACT, RATE_COVARIANCE = 49, 50, 51, 52, 53  # the last 6
+# periodicity
+PERIOD, SCORE, STRIDE, FUNDAMENTAL = 59, 60, 61, 62
+# walking
+WALKING_NOW, STEP_PERIOD, STEP_SIZE, PENDING_COUNT, NEW = 63, 64, 65, 66, 67
+# modes: candidates and since when
+MOTION_NEXT, MOTION_SINCE, CARRYING_NEXT, CARRYING_SINCE = 68, 69, 70, 71
+HEIGHT, CLIMB, HEIGHT_TIME, HEIGHT_KNOWN = 72, 73, 74, 75
+FEATURES = 76
+(
+    FEATURE_FORCE,
+    FEATURE_RATE,
+    FEATURE_PERIODICITY,
+    FEATURE_FREQUENCY,
+    FEATURE_STRIDE,
+    FEATURE_SCREEN,
+    FEATURE_TOP,
+    FEATURE_IMPACT,
+    FEATURE_AXIS,
+    FEATURE_CLIMB,
+    FEATURE_BAND,
+    FEATURE_VERTICAL,
+) = range(12)
+FEATURE_SIZE = 12
+PENDING = 96
+EVENT = 3  # of each record
+EVENT_TIME, EVENT_FREQUENCY, EVENT_SIZE = range(3)
+EVENTS = PENDING + EVENT * MAX_NEW
+RINGS = EVENTS + EVENT * MAX_NEW
+# rings of x, of the three rates, and of the energies of both; then the correlations
+RING_X, RING_W, RING_EX, RING_EW = RINGS, RINGS + 2 * RING, RINGS + 8 * RING, RINGS + 9 * RING
+CORRELATION_X = RINGS + 10 * RING
+CORRELATION_W = CORRELATION_X + LAGS
+WORKSPACE_SIZE = CORRELATION_W + LAGS
+
+# parameters prm
+(
+    G,
+    GAP_S,
+    LEVEL_S,
+    HIGH_PASS_HZ,
+    START_HZ,
+    SLOWEST_HZ,
+    FASTEST_HZ,
+    SELECTIVITY,
+    STRIDE_SELECTIVITY,
+    CORRELATION_DECAY,
+    CENTRE_DECAY,
+    SHORT_DECAY,
+    FEATURE_DECAY,
+    GRAVITY_DECAY,
+    SLOW_DECAY,
+    PERIODIC,
+    LEAST_FORCE,
+    FIRST_STEPS,
+    IRREGULARITY,
+    REFRACTORY,
+    PAUSE,
+    PEAK_SHARE,
+    RINGING,
+    STRIDE_RATE,
+    STRIDE_CORRELATION,
+    DWELL_S,
+    RUN_HZ,
+    RUN_FORCE,
+    CLIMB_SPEED,
+    CLIMB_S,
+    SWING_RATE,
+    SWING_STRIDE,
+    POCKET_IMPACT,
+    POCKET_UPRIGHT,
+    SCREEN_UP,
+    PHONE_RATE,
+    PHONE_TOP,
+    PHONE_SCREEN,
+) = range(38)
+SCREEN_AXIS, TOP_AXIS = 40, 43
+PARAMETERS = 48
+
+STATIC, WALKING, RUNNING, STAIRS = 0.0, 1.0, 2.0, 3.0
+TEXTING, PHONING, SWINGING, POCKET, BAG = 0.0, 1.0, 2.0, 3.0, 4.0
+
+# columns of the result, then the features
+OUT_COUNT, OUT_TIME, OUT_FREQUENCY, OUT_MOTION, OUT_CARRYING, OUT_FEATURES = range(6)
+OUT = OUT_FEATURES + FEATURE_SIZE
+# columns of the list of events, after those of EVENT
+EVENT_CONFIRMED, EVENT_MOTION, EVENT_CARRYING = EVENT, EVENT + 1, EVENT + 2
+EVENT_ROW = EVENT + 3
