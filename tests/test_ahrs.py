@@ -242,5 +242,5 @@ def test_unknown_names_and_nothing():
     with pytest.raises(bm.UsageError, match="takes a Recording"):
         bm.attitude("walk.csv")
     empty = bm.Recording(time=np.empty(0), specific_force=np.empty((0, 3)), angular_rate=np.empty((0, 3)))
-    with pytest.raises(bm.DataError, match="no samples"):
+    with pytest.raises(bm.DataError, match="0 sample"):
         bm.attitude(empty)

@@ -73,7 +73,7 @@ def run_both(p, recording):
     """The compiled filter and its dense twin: position, attitude, offset, diagnostics, covariance of the offset."""
     ins = FootIns(p)
     got = ins.run(recording)
-    a, rate = ins.alignment, ins._rate_hz
+    a, rate = ins.alignment, ins.alignment.rate_hz
     n = p.noise
     psd = np.square([n.angle_random_walk, n.velocity_random_walk, 0, n.accel_bias_walk, n.gyro_bias_walk])
     C = frames.matrix_from_quaternion(a.attitude)

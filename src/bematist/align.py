@@ -75,7 +75,8 @@ class Alignment:
     """The state at the first sample.
 
     attitude (4,) wxyz at the first sample; gyro_bias (3,) rad/s with gyro_bias_sd; tilt_sd rad; velocity_sd m/s; rest: first and
-    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; warnings.
+    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; warnings; north: what North is,
+    "magnetic", "given" (by a heading or the Earth's field) or "none" (the sensor's x axis starts along East); rate_hz: of the samples.
     """
 
     attitude: Array
@@ -86,6 +87,12 @@ class Alignment:
     rest: tuple[int, int]
     field: Array | None
     warnings: tuple[str, ...]
+    north: str
+    rate_hz: float
+
+
+MAGNETIC_NORTH = (0.0, 1.0, 0.0)
+"""Earth's field where none is given: its horizontal part points North."""
 
 
 def level(specific_force: Array) -> Array:
@@ -226,7 +233,22 @@ def initial_alignment(
         rest=(first, last),
         field=field,
         warnings=tuple(warnings),
+        north=north(parameters, field),
+        rate_hz=rate_hz,
     )
+
+
+def north(parameters: InitialParameters, field: Array | None) -> str:
+    """What North is (`Alignment.north`) after a start with this field (3,) or without one, by the parameters as the user gave them."""
+    return "given" if parameters.heading_deg is not None or (parameters.earth_field is not None and field is not None) else "none"
+
+
+def by_field(parameters: InitialParameters, field: Array) -> InitialParameters:
+    """Parameters that let the field (K,3) at the start be North, where it has a sample and no other North is given: else as they are."""
+    seen = np.square(field).sum(1) > 0  # neither missing nor of a dead sensor
+    if parameters.heading_deg is not None or parameters.earth_field is not None or not seen.any():
+        return parameters
+    return parameters.override({"earth_field": MAGNETIC_NORTH})
 
 
 def _one_of_each(rows: Array, first: int, last: int) -> int:

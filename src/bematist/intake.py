@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from bematist.errors import DataError, UsageError
 from bematist.kernels.layout import BRIDGED_OVER
 from bematist.kernels.stance import HELD_SAMPLE, MISSING
+from bematist.recording import SAMPLE_COLUMNS
 
 Array = NDArray[np.float64]
 
 
 class Intake:
-    """Sample rows on their way into an estimator, whose class is `owner`; `warnings` grows."""
+    """Sample rows of `width` columns on their way into an estimator, whose class is `owner`; `warnings` grows."""
 
-    def __init__(self, longest_s: float, owner: str) -> None:
-        self.longest_s, self.owner = longest_s, owner
+    def __init__(self, longest_s: float, owner: str, width: int = len(SAMPLE_COLUMNS)) -> None:
+        self.longest_s, self.owner, self.width = longest_s, owner, width
         self.warnings: list[str] = []
         self.last_time = -math.inf
         self.started = False
@@ -82,27 +83,37 @@ class Intake:
         return {
             "longest_s": self.longest_s,
             "owner": self.owner,
+            "width": self.width,
             "warnings": list(self.warnings),
             "last_time": self.last_time,
             "started": self.started,
             "finished": self.finished,
-            "gathered": np.concatenate(self._gathered) if self._gathered else np.empty((0, 10)),
+            "gathered": np.concatenate(self._gathered) if self._gathered else np.empty((0, self.width)),
         }
 
     @classmethod
     def restore(cls, saved: Mapping[str, Any]) -> Self:
         """An intake in the state that `save` returned."""
-        self = cls(saved["longest_s"], saved["owner"])
+        self = cls(saved["longest_s"], saved["owner"], saved["width"])
         self.warnings, self.last_time = list(saved["warnings"]), saved["last_time"]
         self.started, self.finished = saved["started"], saved["finished"]
         self._gathered = [saved["gathered"].copy()] if len(saved["gathered"]) else []
         return self
 
 
-def sample_rows(rows: Array) -> Array:
-    """Sample rows (n,10) as given by a caller, checked. UsageError where the shape is another."""
+def sample_rows(rows: Array, width: int = len(SAMPLE_COLUMNS)) -> Array:
+    """Sample rows (n,10) as given by a caller, checked; with `width` 11, an eleventh column, pressure, may follow, and is NaN otherwise.
+
+    Raises
+    ------
+    UsageError
+        The shape is another.
+    """
     rows = np.asarray(rows, float)
-    if rows.ndim != 2 or rows.shape[1] != 10:
+    own = len(SAMPLE_COLUMNS)
+    if rows.ndim == 2 and rows.shape[1] == own < width:
+        return np.concatenate([rows, np.full((len(rows), width - own), np.nan)], 1)
+    if rows.ndim != 2 or rows.shape[1] != width:
         raise UsageError(
             f"update() takes rows of ten numbers (n,10): time, specific force, angular rate, magnetic flux density; this has shape "
             f"{rows.shape}. Write NaN where there is no magnetometer."

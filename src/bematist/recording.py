@@ -13,7 +13,7 @@ from bematist.errors import DataError
 Array = NDArray[np.float64]
 
 SAMPLE_COLUMNS = ("time", "fx", "fy", "fz", "wx", "wy", "wz", "mx", "my", "mz")
-"""Columns of a sample row, the form in which estimators take data (`Recording.samples`)."""
+"""Columns of a sample row, the form in which estimators take data (`Recording.samples`); an eleventh, pressure in Pa, may follow."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -126,33 +126,43 @@ class Recording:
     def has_magnetometer(self) -> bool:
         return len(self.magnetic_time) > 0
 
-    def samples(self, start: int = 0, stop: int | None = None) -> Array:
-        """The recording, or its rows from start to before stop, as sample rows (N,10), `SAMPLE_COLUMNS`.
+    def samples(self, start: int = 0, stop: int | None = None, *, pressure: bool = False) -> Array:
+        """The recording, or its rows from start to before stop, as sample rows (N,10), `SAMPLE_COLUMNS`; with pressure (N,11).
 
-        A magnetometer sample stands once, in the first inertial row at or after its own time, and NaN elsewhere; where two fall into
-        one step, the later stands.
+        A sample of magnetometer or barometer stands once, in the first inertial row at or after its own time, and NaN elsewhere; where two
+        fall into one step, the later stands.
         """
         part = slice(start, stop)
         time = self.time[part]
-        rows = np.empty((10, len(time))).T  # each column in one piece, as the kernels read them
+        before = self.time[start - 1] if start and len(time) else -np.inf
+        rows = np.full((10 + pressure, len(time)), np.nan).T  # each column in one piece, as the kernels read them
         rows[:, 0] = time
         rows[:, 1:4] = self.specific_force[part]
         rows[:, 4:7] = self.angular_rate[part]
-        rows[:, 7:10] = np.nan
-        if self.has_magnetometer and len(time):
-            # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
-            before = self.time[start - 1] if start else -np.inf
-            near = slice(*np.searchsorted(self.magnetic_time, [before, time[-1] + 1e-5]))
-            shifted, field = self.magnetic_time[near] - 1e-6, self.magnetic_flux_density[near]
-            inside = (shifted > before) & (shifted <= time[-1]) & np.isfinite(field).all(1)
-            rows[np.searchsorted(time, shifted[inside]), 7:10] = field[inside]
+        _place(rows[:, 7:10], time, before, self.magnetic_time, self.magnetic_flux_density)
+        if pressure:
+            _place(rows[:, 10:], time, before, self.pressure_time, self.pressure[:, None])
         return rows
 
-    def chunks(self, n: int) -> Iterator[Array]:
+    def chunks(self, n: int, *, pressure: bool = False) -> Iterator[Array]:
         """Sample rows in consecutive chunks of n."""
         for start in range(0, len(self), n):
-            yield self.samples(start, start + n)
+            yield self.samples(start, start + n, pressure=pressure)
 
     def replace(self, **changes: ArrayLike | object) -> Recording:
         """A copy with some fields changed."""
         return replace(self, **changes)  # pyright: ignore[reportArgumentType]
+
+
+def _place(rows: Array, time: Array, before: float, own_time: Array, values: Array) -> None:
+    """Write samples with a clock of their own, own_time (M,) and values (M,k), into the rows (N,k) of inertial samples at `time` (N,).
+
+    before: instant of the inertial sample ahead of these.
+    """
+    if not len(own_time) or not len(time):
+        return
+    # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
+    near = slice(*np.searchsorted(own_time, [before, time[-1] + 1e-5]))
+    shifted, values = own_time[near] - 1e-6, values[near]
+    inside = (shifted > before) & (shifted <= time[-1]) & np.isfinite(values).all(1)
+    rows[np.searchsorted(time, shifted[inside])] = values[inside]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bematist.ahrs.parameters import AhrsParameters, MadgwickParameters
-from bematist.align import InitialParameters, initial_alignment
-from bematist.attitude_estimator import AttitudeEstimator
+from bematist.align import InitialParameters, by_field, initial_alignment
 from bematist.attitudes import Attitude
+from bematist.estimator import Estimator
 from bematist.intake import gap_warnings
 from bematist.kernels import attitude as kernel
 from bematist.recording import Recording
@@ -19,11 +20,8 @@ from bematist.stance import sampling_rate
 
 Array = NDArray[np.float64]
 
-MAGNETIC_NORTH = (0.0, 1.0, 0.0)
-"""Earth's field where none is given: its horizontal part points North."""
 
-
-class Ahrs(AttitudeEstimator[AhrsParameters]):
+class Ahrs(Estimator[AhrsParameters, Attitude]):
     """The filters after Li & Wang: gyroscope alone, Mahony, Madgwick."""
 
     def __init__(self, parameters: AhrsParameters | None = None, *, name: str = "") -> None:
@@ -33,11 +31,13 @@ class Ahrs(AttitudeEstimator[AhrsParameters]):
     def _results(self, n: int) -> tuple[Array, Array]:
         return np.empty(n), np.empty((n, kernel.OUT))
 
-    def _feed(self, rows: Array, *results: NDArray[Any]) -> None:
+    def _feed(self, rows: Array, finish: bool, *results: NDArray[Any]) -> int:
         assert self._state is not None
         times, out = results
         times[: len(rows)] = rows[:, 0]
-        kernel.run(*self._state, np.ascontiguousarray(rows.T), out[: len(rows)])
+        if len(rows):
+            kernel.run(*self._state, np.ascontiguousarray(rows.T), out[: len(rows)])
+        return len(rows)
 
     def _start(self, head: Array) -> None:
         """Levelled on the mean of a rest, and aimed by the mean field (Li & Wang eqs 16-23, errata: averages, and the levelled field)."""
@@ -48,14 +48,10 @@ class Ahrs(AttitudeEstimator[AhrsParameters]):
         if not p.magnetometer:
             head = head.copy()
             head[:, 7:10] = np.nan
-        by_field = initial.heading_deg is None and initial.earth_field is None and bool(np.isfinite(head[:, 7:10]).all(1).any())
-        if by_field:
-            initial = initial.override({"earth_field": MAGNETIC_NORTH})
-        a = initial_alignment(head, initial, rate_hz, p.gravity, 0.0, gap_s)
-        self.alignment = a
+        aimed = by_field(initial, head[:, 7:10])
+        a = initial_alignment(head, aimed, rate_hz, p.gravity, 0.0, gap_s)
+        self.alignment = a = a if aimed is initial else replace(a, north="magnetic")
         self.warnings.extend(a.warnings)
-        given = initial.heading_deg is not None or (initial.earth_field is not None and a.field is not None)
-        self.north = "magnetic" if by_field else "given" if given else "none"
         S = np.zeros(kernel.STATE_SIZE)
         S[kernel.Q : kernel.Q + 4] = a.attitude
         S[kernel.BIAS : kernel.BIAS + 3] = a.gyro_bias
@@ -63,16 +59,16 @@ class Ahrs(AttitudeEstimator[AhrsParameters]):
         prm[kernel.FILTER], prm[kernel.EXACT] = p.kind, p.integration == "exact"
         prm[kernel.GAIN], prm[kernel.BIAS_GAIN] = p.gains
         prm[kernel.GAP_S], prm[kernel.GAP_BALLISTIC_S] = gap_s, p.gap.ballistic_s
-        north = _horizontal(a.field if initial.heading_deg is not None else initial.earth_field)
-        prm[kernel.MAGNETOMETER] = p.magnetometer and north is not None
-        prm[kernel.NORTH_E], prm[kernel.NORTH_N] = north or (0.0, 1.0)
+        field = _horizontal(a.field if aimed.heading_deg is not None else aimed.earth_field)
+        prm[kernel.MAGNETOMETER] = p.magnetometer and field is not None
+        prm[kernel.NORTH_E], prm[kernel.NORTH_N] = field or (0.0, 1.0)
         self._state = (S, prm)
 
     def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
         times, out = results
         return _judge(times, out, self.parameters, recording)
 
-    def _attitude(self, *results: NDArray[Any], **fields: Any) -> Attitude:
+    def _result(self, *results: NDArray[Any], **fields: Any) -> Attitude:
         times, out = results
         return Attitude(
             time=times,

@@ -8,10 +8,10 @@ from typing import Any
 
 from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
-from bematist.attitude_estimator import AttitudeEstimator
 from bematist.attitudes import Attitude
 from bematist.config import look_up
 from bematist.errors import UsageError
+from bematist.estimator import Estimator
 from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
 from bematist.parameters import Parameters
 from bematist.recording import Recording
@@ -26,7 +26,7 @@ class Filter:
     paper: str
     equations: str
     parameters: Parameters
-    make: Callable[..., AttitudeEstimator[Any]]
+    make: Callable[..., Estimator[Any, Attitude]]
 
 
 FILTERS: dict[str, Filter] = {

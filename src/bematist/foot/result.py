@@ -14,7 +14,8 @@ from bematist.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 PHONE = (
-    "A phone recorded this, and the method is for a sensor on the shoe: unless the phone was strapped to the shoe, the path means nothing."
+    "A phone recorded this, and the method is for a sensor on the shoe: unless the phone was strapped to the shoe, the path means nothing. "
+    "For a phone in the hand take the method hand (-m hand)."
 )
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist import stance
-from bematist.attitude_estimator import AttitudeEstimator
 from bematist.attitudes import Attitude
+from bematist.estimator import Estimator
 from bematist.hand.parameters import HandParameters
 from bematist.hand.result import attitude, judge
 from bematist.hand.setup import detectors, kernel_parameters, workspace
@@ -21,7 +21,7 @@ from bematist.recording import Recording
 Array = NDArray[np.float64]
 
 
-class HandAttitude(AttitudeEstimator[HandParameters]):
+class HandAttitude(Estimator[HandParameters, Attitude]):
     """The attitude filter MAGYQ for a sensor in the hand."""
 
     def __init__(self, parameters: HandParameters | None = None, *, name: str = "") -> None:
@@ -31,19 +31,18 @@ class HandAttitude(AttitudeEstimator[HandParameters]):
     def _results(self, n: int) -> tuple[Array, NDArray[np.float32]]:
         return np.empty((n, kernel.NAV)), np.empty((n, kernel.DIAG), np.float32)
 
-    def _feed(self, rows: Array, *results: NDArray[Any]) -> None:
+    def _feed(self, rows: Array, finish: bool, *results: NDArray[Any]) -> int:
         assert self._state is not None
         index, memory, S, prm = self._state
         columns, flags = stance.filled(memory, rows, prm[kernel.GAP_S])
-        filter_kernel.run(index, memory, S, prm, columns, flags, *results)
+        return filter_kernel.run(index, memory, S, prm, columns, flags, *results)
 
     def _start(self, head: Array) -> None:
         p = self.parameters
         rate = stance.sampling_rate(head[:, 0], p.initial.longest_s)
         known = np.isfinite(head[:, 7:10]).all(1)
         magnetic_rate = stance.sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else rate
-        a, self.north = start(head, p, rate)
-        self.alignment = a
+        self.alignment = a = start(head, p, rate)
         prm, warnings = kernel_parameters(p, a, rate)
         self.warnings.extend([*a.warnings, *warnings])
         self._state = (*detectors(p, rate, magnetic_rate), workspace(p, a, 1 / rate), prm)
@@ -52,6 +51,6 @@ class HandAttitude(AttitudeEstimator[HandParameters]):
         nav, diagnostics = results
         return judge(nav, diagnostics, self.parameters, recording.has_magnetometer)
 
-    def _attitude(self, *results: NDArray[Any], **fields: Any) -> Attitude:
+    def _result(self, *results: NDArray[Any], **fields: Any) -> Attitude:
         nav, diagnostics = results
         return attitude(nav, diagnostics, self.parameters, north=self.north, filter=self.name, **fields)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment, InitialParameters, aim, initial_alignment, level, rest_interval
+from bematist.align import Alignment, InitialParameters, aim, by_field, initial_alignment, level, north, rest_interval
 from bematist.errors import DataError
 from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_rotation_vector, rotate
 from bematist.hand.parameters import HandParameters
@@ -15,35 +16,26 @@ from bematist.hand.parameters import HandParameters
 Array = NDArray[np.float64]
 
 
-MAGNETIC_NORTH = (0.0, 1.0, 0.0)
-"""Earth's field where none is given: its horizontal part points North."""
-
-
-def start(head: Array, p: HandParameters, rate_hz: float) -> tuple[Alignment, str]:
-    """The state at the first of rows (K,10), and what North is (`Attitude.north`).
+def start(head: Array, p: HandParameters, rate_hz: float) -> Alignment:
+    """The state at the first of rows (K,10).
 
     From a rest where there is one (MAGYQ section 4.2), else from the averages of the fields in motion. Raises DataError where specific
     force or angular rate are missing.
     """
     gap_s = p.gap.seconds(rate_hz)
-    initial = p.initial
     if not p.attitude.magnetic.use:
         head = head.copy()
         head[:, 7:10] = np.nan
-    seen = np.square(head[:, 7:10]).sum(1) > 0  # neither missing nor of a dead sensor
-    by_field = initial.heading_deg is None and initial.earth_field is None and bool(seen.any())
-    if by_field:
-        initial = initial.override({"earth_field": MAGNETIC_NORTH})
+    initial = by_field(p.initial, head[:, 7:10])
     good = np.isfinite(head[:, 1:7]).all(1)
     if not good.any() or rest_interval(head, initial, rate_hz, p.gravity)[2]:
         a = initial_alignment(head, initial, rate_hz, p.gravity, p.attitude.noise.angle_random_walk, gap_s)
     else:
-        a = _in_motion(head[good][: max(2, int(p.moving_start_s * rate_hz))], p, initial, gap_s)
-    given = initial.heading_deg is not None or (initial.earth_field is not None and a.field is not None)
-    return a, "magnetic" if by_field and a.field is not None else "given" if given else "none"
+        a = _in_motion(head[good][: max(2, int(p.moving_start_s * rate_hz))], p, initial, rate_hz, gap_s)
+    return a if initial is p.initial or a.field is None else replace(a, north="magnetic")
 
 
-def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, gap_s: float) -> Alignment:
+def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, rate_hz: float, gap_s: float) -> Alignment:
     """Up is the mean specific force, turned by the gyroscope into the frame of the first row: a hand does not accelerate for long."""
     dt = np.diff(rows[:, 0])
     steps = quaternion_from_rotation_vector(rows[1:, 4:7] * np.where(dt > gap_s, 0.0, dt)[:, None])
@@ -82,4 +74,6 @@ def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, gap_s
         rest=(0, 0),
         field=turn @ field if field is not None else None,
         warnings=tuple(warnings),
+        north=north(initial, field),
+        rate_hz=rate_hz,
     )
