@@ -481,6 +481,26 @@ def test_simulate_names_what_there_is_and_its_folder(tmp_path: Path, monkeypatch
     assert sorted(p.name for p in Path("straight").iterdir()) == ["recording.csv", "simulation.json", "truth.csv"]
 
 
+def test_simulate_in_the_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from bematist import read
+
+    monkeypatch.chdir(tmp_path)
+    changes = '[[0, "texting"], [15, "swinging"]]'
+    assert main(["simulate", "straight", "-o", "sim", "--length", "30", "--carry", "bag", "--set", f"carries={changes}", "-q"]) == 0
+    facts = json.loads(Path("sim/simulation.json").read_text())
+    assert (facts["sensor"]["name"], facts["walker"]["carries"][1][1]["name"]) == ("phone", "swinging")
+    steps = pl.read_csv("sim/steps.csv")
+    assert len(steps) == facts["steps"]
+    assert steps["length_m"].sum() == pytest.approx(30, abs=1e-3)
+    assert pl.read_csv("sim/modes.csv").rows()[1:3] == [
+        (10.0, pytest.approx(23, abs=3), "walking", "texting"),
+        (pytest.approx(23, abs=3), pytest.approx(37, abs=4), "walking", "swinging"),
+    ]
+    read_back = read("sim/recording.csv")
+    assert len(read_back.pressure) > 300
+    assert len(read_back.magnetic_time) == pytest.approx(len(read_back) / 2, abs=2)
+
+
 def test_simulate_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     assert (
@@ -493,7 +513,8 @@ def test_simulate_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
     assert facts["errors"]["gyro_matrix"][0][0] != 1
     assert main(["simulate", "still", "-o", "rest", "--duration", "20", "--sensor", "ideal"]) == 0
     capsys.readouterr()
-    for wrong, says in ((["campus", "--duration", "9"], "--length"), (["straight", "--gait", "sprint"], "jog"), (["moon"], "campus")):
+    wrongs = (["campus", "--duration", "9"], "--length"), (["straight", "--gait", "sprint"], "jog"), (["moon"], "campus")
+    for wrong, says in (*wrongs, (["straight", "--carry", "nose"], "texting")):
         assert main(["simulate", *wrong, "-o", "not"]) == 2
         assert says in capsys.readouterr().err
     assert not Path("not").exists()

@@ -1,4 +1,4 @@
-"""Walks whose truth is known exactly: path → footprints → motion → sensor.
+"""Walks whose truth is known exactly: path → footprints or steps → motion of the shoe or the hand → sensor.
 
 >>> made = simulate_walk("short", "ideal")
 >>> made.recording.rate_hz
@@ -9,132 +9,124 @@ from __future__ import annotations
 
 import sys
 import types
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bematist.frames import conjugate, rotate
-from bematist.recording import Recording, Reference
-from bematist.simulate.disturbances import Dipole, Facade, FieldTurn, ParkedCars
-from bematist.simulate.field import field_at
+from bematist.recording import Recording
+from bematist.simulate.carry import CARRIES, POINTING, Carry, Walker
+from bematist.simulate.disturbances import Dipole, Facade, FieldRegion, FieldTurn, IndoorField, ParkedCars
 from bematist.simulate.footprints import walk
 from bematist.simulate.gaits import GAITS, Gait
+from bematist.simulate.hand import HandMotion, carried
+from bematist.simulate.made import HandSimulation, Simulation, exact, generators, recorded, truth_of
 from bematist.simulate.motion import Motion
-from bematist.simulate.parameters import SENSORS, Scenario, Sensor, resolve
+from bematist.simulate.paces import Steps, route
+from bematist.simulate.parameters import SENSORS, Scenario, Sensor, resolve, resolve_hand
 from bematist.simulate.scenarios import SCENARIOS
-from bematist.simulate.sensors import Errors, drawn_errors, inertial_truth, jittered, measure, measure_field
-from bematist.trajectory import Trajectory
+from bematist.simulate.sensors import Errors
 
 __all__ = [
+    "CARRIES",
     "GAITS",
+    "POINTING",
     "SCENARIOS",
     "SENSORS",
+    "Carry",
     "Dipole",
     "Errors",
     "Facade",
+    "FieldRegion",
     "FieldTurn",
     "Gait",
+    "HandMotion",
+    "HandSimulation",
+    "IndoorField",
     "Motion",
     "ParkedCars",
     "Scenario",
     "Sensor",
     "Simulation",
+    "Steps",
+    "Walker",
     "simulate",
+    "simulate_hand",
     "simulate_walk",
 ]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Simulation:
-    """A simulated walk with everything that is true of it.
-
-    Attributes
-    ----------
-    recording : what the sensor said; its reference is the truth at every sample.
-    truth : the path as a `Trajectory` at the samples: position, velocity, attitude, stance, a covariance of zero, and
-        the biases as diagnostics "gyro_bias" (N,3) rad/s and "accel_bias" (N,3) m/s².
-    errors : all that the sensor got wrong, but white noise, rounding and clipping.
-    field : (M,3) µT, the flux density in ENU where the magnetometer was at its samples.
-    motion : the walk as a function of time, for the truth at any instant.
-    scenario, sensor, seed : what it was made of.
-    """
-
-    recording: Recording
-    truth: Trajectory
-    errors: Errors
-    field: NDArray[np.float64]
-    motion: Motion
-    scenario: Scenario
-    sensor: Sensor
-    seed: int
-
-
-def simulate_walk(scenario: str | Scenario = "campus", sensor: str | Sensor = "lsm9ds1", seed: int = 0, **changes: Any) -> Simulation:
-    """Simulate a walk, and keep its truth. Arguments as for `simulate`."""
+def simulate_walk(
+    scenario: str | Scenario = "campus", sensor: str | Sensor = "lsm9ds1", seed: int = 0, **changes: Any
+) -> Simulation[Motion]:
+    """Simulate a walk with a sensor on the shoe, and keep its truth. Arguments as for `simulate`."""
     what, device = resolve(scenario, sensor, changes)
-    # One generator for each part: the same walk under another sensor, the same noise on another walk.
-    for_walk, for_field, for_errors, for_noise, for_clock = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(5))
-    motion = walk(what, for_walk)
-    time = np.arange(int(motion.duration_s * device.rate_hz) + 1) / device.rate_hz
-    errors = drawn_errors(device, time, for_errors)
-    f, w = measure(*inertial_truth(motion, time, device), errors, device, for_noise)
-    magnetic = np.empty(0)
-    field = said = np.empty((0, 3))
-    if device.magnetometer_rate_hz:
-        magnetic = np.arange(int(motion.duration_s * device.magnetometer_rate_hz) + 1) / device.magnetometer_rate_hz
-        state = motion.at(magnetic)
-        field = field_at(motion, state.position, motion.travelled(magnetic), for_field)
-        said = measure_field(rotate(conjugate(state.attitude), field), errors, device, for_noise)
-    truth = _truth(motion, time, errors)
-    recording = Recording(
-        time=jittered(time, device, for_clock),
-        specific_force=f,
-        angular_rate=w,
-        magnetic_time=magnetic,
-        magnetic_flux_density=said,
-        reference=Reference(time=time, position=truth.position, attitude=truth.attitude, note="exact truth of the simulation, ENU"),
-        source=f"simulated walk {what.name or 'of its own'}, sensor {device.name or 'of its own'}, seed {seed}",
-        notes=(f"a sample is the {'mean over the interval that ends at' if device.sampling == 'average' else 'value at'} its time",),
-    )
-    return Simulation(recording=recording, truth=truth, errors=errors, field=field, motion=motion, scenario=what, sensor=device, seed=seed)
+    random = generators(seed)
+    motion = walk(what, random[0])
+    said = recorded(motion, device, random, _source("walk", what, device, seed))
+    time = np.arange(len(said["recording"])) / device.rate_hz
+    truth = truth_of(motion, said["errors"], time, motion.standing(time))
+    said["recording"] = replace(said["recording"], reference=exact(time, truth.position, truth.attitude))
+    return Simulation(truth=truth, seed=seed, **said)
 
 
-def _truth(motion: Motion, time: NDArray[np.float64], errors: Errors) -> Trajectory:
-    state = motion.at(time)
-    return Trajectory(
-        time=time,
-        position=state.position,
-        velocity=state.velocity,
-        attitude=state.attitude,
-        stance=motion.standing(time).astype(np.uint8),
-        packed_covariance=np.broadcast_to(0.0, (len(time), 18)),
-        diagnostics={"gyro_bias": errors.gyro_bias, "accel_bias": errors.accel_bias},
-        method="truth",
-    )
+def simulate_hand(
+    scenario: str | Scenario = "building",
+    carry: str | Carry = "texting",
+    sensor: str | Sensor = "phone",
+    seed: int = 0,
+    **changes: Any,
+) -> HandSimulation:
+    """Simulate a walk with a sensor in the hand, in a pocket or in a bag, and keep its truth.
+
+    Arguments as for `simulate`, with the fields of `Walker` and `Carry` among the `changes`; `carries=((0, "texting"), (200, "swinging"))`
+    instead of `carry` changes over on the way, m along the path.
+    """
+    what, device, walker = resolve_hand(scenario, carry, sensor, changes)
+    random = generators(seed)
+    motion = carried(route(what, walker, random[0]), walker, random[5])
+    said = recorded(motion, device, random, _source(f"walk ({walker.carries[0][1].name})", what, device, seed))
+    time = np.arange(len(said["recording"])) / device.rate_hz
+    truth = truth_of(motion, said["errors"], time, np.zeros(len(time), bool))
+    said["recording"] = replace(said["recording"], reference=exact(time, motion.body(time)[0], truth.attitude))
+    return HandSimulation(truth=truth, seed=seed, **said)
 
 
-def simulate(scenario: str | Scenario = "campus", sensor: str | Sensor = "lsm9ds1", seed: int = 0, **changes: Any) -> Recording:
-    """Simulate what a sensor on a shoe records on a walk.
+def _source(what: str, scenario: Scenario, sensor: Sensor, seed: int) -> str:
+    return f"simulated {what} {scenario.name or 'of its own'}, sensor {sensor.name or 'of its own'}, seed {seed}"
+
+
+def simulate(
+    scenario: str | Scenario = "campus",
+    sensor: str | Sensor = "lsm9ds1",
+    seed: int = 0,
+    *,
+    carry: str | Carry | None = None,
+    **changes: Any,
+) -> Recording:
+    """Simulate what a sensor on a shoe, or one that is carried, records on a walk.
 
     Parameters
     ----------
     scenario : a name of `SCENARIOS` (campus, short, straight, still, stairs, …) or a `Scenario`.
-    sensor : a name of `SENSORS` (lsm9ds1, adis16488, ideal) or a `Sensor`.
+    sensor : a name of `SENSORS` (lsm9ds1, adis16488, phone, ideal) or a `Sensor`.
     seed : of the random numbers; the same seed makes the same recording.
+    carry : how it is carried, a name of `CARRIES` (texting, phoning, swinging, …) or a `Carry`; None is on the shoe.
     changes : fields of scenario, sensor or gait to change, such as `length_m=400`, `rate_hz=1000`, `disturbed=False`, `rocking_deg=3`;
         `gait="run"` is one gait for the whole way.
 
     Returns
     -------
-    A `Recording` whose reference is the exact truth at every sample.
+    A `Recording` whose reference is the exact truth at every sample: of the sensor on the shoe; of a carried one the attitude, and
+    where the pedestrian is.
 
     Raises
     ------
     UsageError
         An unknown name, or a value that does not fit.
     """
+    if carry is not None:
+        return simulate_hand(scenario, carry, sensor, seed, **changes).recording
     return simulate_walk(scenario, sensor, seed, **changes).recording
 
 

@@ -51,3 +51,23 @@ class FieldTurn(Parameters):
         default="up", description="About what: up changes the heading and keeps the inclination; east and north change it."
     )
     ramp_m: float = Field(default=3.0, description="Length over which it turns, and turns back, m.", gt=0)
+
+
+class FieldRegion(Parameters):
+    """A stretch where something constant is added to the field, as in a room of a building."""
+
+    from_m: float = Field(description="Where the ramp to it begins, m along the path; below 0 it is there from the start.")
+    to_m: float = Field(description="Where it is gone, m along the path.")
+    offset_ut: tuple[float, float, float] = Field(description="What is added, East, North, Up, µT.")
+    ramp_m: float = Field(default=2.5, description="Length over which it comes, and goes, m. Shorter is a steeper gradient.", gt=0)
+
+
+class IndoorField(Parameters):
+    """A stretch inside a building: region after region with a field of its own, from one to the next by a ramp."""
+
+    from_m: float = Field(description="Where it begins, m along the path.", ge=0)
+    to_m: float = Field(description="Where it ends, m along the path.", ge=0)
+    region_m: float = Field(default=15.0, description="Mean length of a region, m; each has half of it to half as much again.", gt=1)
+    spread_ut: float = Field(default=8.0, description="Standard deviation of each component of what a region adds, µT.", ge=0)
+    share: float = Field(default=0.7, description="Share of the regions where anything is added.", ge=0, le=1)
+    ramp_m: float = Field(default=2.5, description="Length over which one goes over into the next, m. Shorter is a steeper gradient.", gt=0)

@@ -1,4 +1,4 @@
-"""The magnetic field where the shoe is: the Earth's, and what stands around bends it."""
+"""The magnetic field where the sensor is: the Earth's, and what stands around bends it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.frames import quaternion_from_rotation_vector, rotate
-from bematist.simulate.motion import Motion
+from bematist.simulate.disturbances import FieldRegion, FieldTurn, IndoorField
+from bematist.simulate.motion import Movement
 from bematist.simulate.parameters import Scenario
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ class Sources:
     moment: Array
 
 
-def sources(motion: Motion, rng: np.random.Generator) -> list[Sources]:
+def sources(motion: Movement, rng: np.random.Generator) -> list[Sources]:
     """What stands along the walk, in groups: parked cars, facades, dipoles."""
     scenario, end = motion.scenario, motion.along[-1]
     earth = earth_field(scenario)
@@ -66,14 +67,33 @@ def _drawn(rms: float, n: int, rng: np.random.Generator) -> Array:
     return rms / np.sqrt(3) * rng.standard_normal((n, 3))
 
 
-def _beside(motion: Motion, along: Array, left_m: float, height_m: float) -> Array:
+def _beside(motion: Movement, along: Array, left_m: float, height_m: float) -> Array:
     # Places (K,3) left of the path, and above the ground, at the distances (K,) along it.
-    place = np.column_stack([np.interp(along, motion.along, axis) for axis in motion.footprint.T])
-    yaw = np.interp(along, motion.along, motion.yaw)
+    place, yaw = motion.places(along)
     return place + np.column_stack([-left_m * np.sin(yaw), left_m * np.cos(yaw), np.full(len(along), height_m)])
 
 
-def field_at(motion: Motion, position: Array, travelled: Array, rng: np.random.Generator) -> Array:
+def _regions(indoor: IndoorField, rng: np.random.Generator) -> list[FieldRegion]:
+    # Neighbours share a ramp: what one loses there, the other gains.
+    lengths = indoor.region_m * rng.uniform(0.5, 1.5, int(2 * (indoor.to_m - indoor.from_m) / indoor.region_m) + 1)
+    edges = indoor.from_m + np.concatenate([[0.0], lengths.cumsum()])
+    edges = np.append(edges[edges < indoor.to_m - indoor.ramp_m], indoor.to_m)
+    offsets = indoor.spread_ut * rng.standard_normal((len(lengths), 3)) * (rng.uniform(size=len(lengths)) < indoor.share)[:, None]
+    half, ramp = indoor.ramp_m / 2, indoor.ramp_m
+    return [
+        FieldRegion(from_m=a - half, to_m=b + half, offset_ut=tuple(offset), ramp_m=ramp)
+        for a, b, offset in zip(edges[:-1], edges[1:], offsets, strict=False)
+        if offset.any()
+    ]
+
+
+def _there(stretch: FieldTurn | FieldRegion, travelled: Array) -> Array:
+    # (K,) from 0 to 1 over the ramp, and back, with two continuous derivatives: 6u⁵ − 15u⁴ + 10u³.
+    u = np.clip(np.minimum(travelled - stretch.from_m, stretch.to_m - travelled) / stretch.ramp_m, 0.0, 1.0)
+    return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def field_at(motion: Movement, position: Array, travelled: Array, rng: np.random.Generator) -> Array:
     """Flux density in ENU (K,3), µT, at positions (K,3), m, of the walk, (K,) m along it."""
     scenario = motion.scenario
     field = np.tile(earth_field(scenario), (len(position), 1))
@@ -85,11 +105,15 @@ def field_at(motion: Motion, position: Array, travelled: Array, rng: np.random.G
         for place, moment in zip(group.place, group.moment, strict=True):
             near = rows[(np.abs(position[rows] - place) < REACH_M).all(1)]
             field[near] += dipole_field(position[near], place, moment)
+    drawn = [region for indoor in scenario.indoor_fields for region in _regions(indoor, rng)]
+    for region in (*scenario.field_regions, *drawn):
+        share = _there(region, travelled)
+        rows = np.flatnonzero(share)
+        field[rows] += share[rows, None] * region.offset_ut
     for turn in scenario.field_turns:
-        # From 0 to 1 over the ramp, and back, with two continuous derivatives: 6u⁵ − 15u⁴ + 10u³.
-        u = np.clip(np.minimum(travelled - turn.from_m, turn.to_m - travelled) / turn.ramp_m, 0.0, 1.0)
-        rows = np.flatnonzero(u)
-        angle = np.radians(turn.angle_deg) * u[rows] ** 3 * (10 - 15 * u[rows] + 6 * u[rows] ** 2)
+        share = _there(turn, travelled)
+        rows = np.flatnonzero(share)
+        angle = np.radians(turn.angle_deg) * share[rows]
         axis = np.eye(3)[("east", "north", "up").index(turn.axis)]
         field[rows] = rotate(quaternion_from_rotation_vector(angle[:, None] * axis), field[rows])
     return field

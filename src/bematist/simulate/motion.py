@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,40 @@ class State:
     acceleration: Array
     attitude: Array
     angular_rate: Array
+
+
+class Movement(Protocol):
+    """A walk as a function of time, of a sensor on the shoe or in the hand: what the sensor and the field need of it.
+
+    `along` (K+1,) m are the ends of its strides or steps along the path.
+    """
+
+    @property
+    def scenario(self) -> Scenario: ...
+    @property
+    def along(self) -> Array: ...
+    @property
+    def duration_s(self) -> float: ...
+
+    def places(self, along: Array) -> tuple[Array, Array]:
+        """Places (K,3), m, and directions (K,), rad, of the path in ENU at the distances (K,) along it, m."""
+        ...
+
+    def travelled(self, time: Array) -> Array:
+        """Distance along the path (K,), m, at the times (K,), s."""
+        ...
+
+    def still(self, begin: Array, end: Array) -> NDArray[np.bool_]:
+        """Whether nothing moves from `begin` to `end` (K,), s."""
+        ...
+
+    def at(self, time: Array) -> State:
+        """Position, velocity, acceleration, attitude and angular rate at the times (K,), s."""
+        ...
+
+    def signals(self, time: Array) -> tuple[Array, Array]:
+        """Specific force (K,3), m/s², and angular rate (K,3), rad/s, in the sensor's axes at the times (K,), s."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +126,11 @@ class Motion:
         """Whether nothing moves from `begin` to `end` (K,), s."""
         a, b = (np.searchsorted(self.edges[1:-1], t) for t in (begin, end))
         return (a == b) & (a % 2 == 0) & (self._rocks[a // 2] == 0.0)
+
+    def places(self, along: Array) -> tuple[Array, Array]:
+        """Places (K,3), m, and directions (K,), rad, between the footprints at the distances (K,) along the path, m."""
+        place = np.column_stack([np.interp(along, self.along, axis) for axis in self.footprint.T])
+        return place, np.interp(along, self.along, self.yaw)
 
     def travelled(self, time: Array) -> Array:
         """Distance along the path (K,), m, at the times (K,), s."""

@@ -12,7 +12,8 @@ from pydantic import Field, field_validator
 from bematist.earth import STANDARD_GRAVITY, normal_gravity
 from bematist.errors import UsageError
 from bematist.parameters import Parameters
-from bematist.simulate.disturbances import Dipole, Facade, FieldTurn, ParkedCars
+from bematist.simulate.carry import CARRIES, Carry, Walker
+from bematist.simulate.disturbances import Dipole, Facade, FieldRegion, FieldTurn, IndoorField, ParkedCars
 from bematist.simulate.gaits import GAITS, Gait, NamedGait
 
 Point = tuple[float, float, float]
@@ -24,7 +25,9 @@ _NONE: Matrix = (_ZERO, _ZERO, _ZERO)
 
 
 class Scenario(Parameters):
-    """A walk of one shoe. Lengths in m along the path; the frame is ENU with its origin at the sensor at the start."""
+    """A walk. Lengths in m along the path; the frame is ENU with its origin at the start:
+    the sensor on the shoe, or the ground under who carries it.
+    """
 
     name: str = Field(default="", description="Name, for messages.")
     waypoints: tuple[Point, ...] = Field(
@@ -52,6 +55,8 @@ class Scenario(Parameters):
     parked_cars: tuple[ParkedCars, ...] = Field(default=(), description="Stretches between parked cars, which bend the compass.")
     facades: tuple[Facade, ...] = Field(default=(), description="Walls with iron in them.")
     dipoles: tuple[Dipole, ...] = Field(default=(), description="Manhole covers and other iron.")
+    field_regions: tuple[FieldRegion, ...] = Field(default=(), description="Stretches where something constant is added to the field.")
+    indoor_fields: tuple[IndoorField, ...] = Field(default=(), description="Stretches inside buildings, each with many such regions.")
     field_turns: tuple[FieldTurn, ...] = Field(default=(), description="Stretches where the field is turned and keeps its norm.")
 
     @field_validator("gaits")
@@ -107,6 +112,11 @@ class Sensor(Parameters):
     accel_lsb: float = Field(default=0.0, description="Quantum, m/s²; 0 is none.", ge=0)
     gyro_lsb: float = Field(default=0.0, description="Quantum, rad/s; 0 is none.", ge=0)
     magnetic_lsb: float = Field(default=0.0, description="Quantum, µT; 0 is none.", ge=0)
+    pressure_rate_hz: float = Field(default=0.0, description="Rate of the barometer, Hz; 0 is no barometer.", ge=0)
+    pressure_noise_density: float = Field(default=0.0, description="Barometer white noise, Pa/√Hz; 1.2 Pa are 10 cm.", ge=0)
+    pressure_walk: float = Field(default=0.0, description="Random walk of what it says, with the weather, Pa/√s.", ge=0)
+    pressure_bias_sd: float = Field(default=0.0, description="Standard deviation of its constant bias, Pa.", ge=0)
+    pressure_lsb: float = Field(default=0.0, description="Quantum, Pa; 0 is none.", ge=0)
 
 
 _G, _DEG = STANDARD_GRAVITY, math.radians(1.0)
@@ -160,6 +170,39 @@ SENSORS: dict[str, Sensor] = {
         gyro_lsb=0.02 * _DEG,
         magnetic_lsb=0.01,
     ),
+    # A consumer phone after the calibration that Android does by itself: round numbers of the order that Allan deviations of phones show,
+    # and that data sheets of their parts (MPU-6500, LSM6DS3, AK8963, BMP280) give. What calibration leaves is our choice.
+    "phone": Sensor(
+        name="phone",
+        rate_hz=100.0,
+        magnetometer_rate_hz=50.0,
+        velocity_random_walk=0.3e-3 * _G,
+        angle_random_walk=0.02 * _DEG,
+        magnetic_noise_density=0.4 / math.sqrt(50.0),
+        accel_bias_instability=0.1e-3 * _G,
+        gyro_bias_instability=10.0 / 3600 * _DEG,
+        gyro_rate_random_walk=1.5e-3 * _DEG,
+        accel_bias_sd=0.05,
+        gyro_bias_sd=0.5 * _DEG,
+        magnetic_bias_sd=0.5,
+        accel_scale_sd=3e-3,
+        gyro_scale_sd=3e-3,
+        magnetic_scale_sd=5e-3,
+        accel_misalignment_sd=0.2 * _DEG,
+        gyro_misalignment_sd=0.2 * _DEG,
+        magnetic_misalignment_sd=0.3 * _DEG,
+        accel_range=8 * _G,
+        gyro_range=2000 * _DEG,
+        magnetic_range=4900.0,
+        accel_lsb=8 * _G / 2**15,
+        gyro_lsb=2000 * _DEG / 2**15,
+        magnetic_lsb=0.15,
+        pressure_rate_hz=10.0,
+        pressure_noise_density=0.5,
+        pressure_walk=0.1,
+        pressure_bias_sd=100.0,
+        pressure_lsb=0.16,
+    ),
 }
 """Sensor presets by name."""
 
@@ -172,6 +215,29 @@ def resolve(scenario: str | Scenario, sensor: str | Sensor, changes: Mapping[str
     UsageError
         An unknown scenario, sensor or field, or a value that does not fit.
     """
+    walk, device, _ = _resolved(scenario, sensor, changes, None)
+    return walk, device
+
+
+def resolve_hand(
+    scenario: str | Scenario, carry: str | Carry, sensor: str | Sensor, changes: Mapping[str, Any]
+) -> tuple[Scenario, Sensor, Walker]:
+    """As `resolve`, for a sensor in the hand: `changes` to the walker and to all his ways of carrying too.
+
+    Raises
+    ------
+    UsageError
+        An unknown scenario, way of carrying, sensor or field, or a value that does not fit.
+    """
+    held = carry if isinstance(carry, Carry) else _known("way of carrying", carry, CARRIES)
+    walk, device, walker = _resolved(scenario, sensor, changes, Walker(carries=((0.0, held),)))
+    assert walker is not None
+    return walk, device, walker
+
+
+def _resolved(
+    scenario: str | Scenario, sensor: str | Sensor, changes: Mapping[str, Any], walker: Walker | None
+) -> tuple[Scenario, Sensor, Walker | None]:
     from bematist.simulate.scenarios import SCENARIOS
 
     walk = scenario if isinstance(scenario, Scenario) else _known("scenario", scenario, SCENARIOS)
@@ -179,15 +245,20 @@ def resolve(scenario: str | Scenario, sensor: str | Sensor, changes: Mapping[str
     changes = dict(changes)
     if "gait" in changes:
         changes["gaits"] = ((0.0, changes.pop("gait")),)
-    fields = (Scenario.model_fields, Sensor.model_fields, Gait.model_fields)
-    of_walk, of_sensor, of_gait = ({k: v for k, v in changes.items() if k in known and k != "name"} for known in fields)
-    if unknown := set(changes) - {*of_walk, *of_sensor, *of_gait}:
-        known = ", ".join(sorted(set().union(*fields, ["gait"]) - {"name"}))
+    kinds = (Scenario, Sensor, Gait) if walker is None else (Scenario, Sensor, Gait, Walker, Carry)
+    fields = {kind: set(kind.model_fields) - {"name"} for kind in kinds}
+    of = {kind: {k: v for k, v in changes.items() if k in known} for kind, known in fields.items()}
+    if unknown := set(changes).difference(*fields.values()):
+        known = ", ".join(sorted(set().union(*fields.values(), ["gait"])))
         raise UsageError(f"The simulation has no parameter {', '.join(sorted(unknown))}. Known are: {known}.")
-    walk = walk.override(of_walk) if of_walk else walk
-    if of_gait:
-        walk = walk.override({"gaits": tuple((at, gait.override(of_gait).model_dump()) for at, gait in walk.gaits)})
-    return walk, device.override(of_sensor) if of_sensor else device
+    walk, device = walk.override(of[Scenario]), device.override(of[Sensor])
+    if of[Gait]:
+        walk = walk.override({"gaits": tuple((at, gait.override(of[Gait]).model_dump()) for at, gait in walk.gaits)})
+    if walker is not None:
+        walker = walker.override(of[Walker])
+        if of[Carry]:
+            walker = walker.override({"carries": tuple((at, carry.override(of[Carry]).model_dump()) for at, carry in walker.carries)})
+    return walk, device, walker
 
 
 def _known(what: str, name: str, table: Mapping[str, Any]) -> Any:

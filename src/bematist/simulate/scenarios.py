@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from bematist.simulate.disturbances import Dipole, Facade, FieldTurn, ParkedCars
+from bematist.simulate.disturbances import Dipole, Facade, FieldTurn, IndoorField, ParkedCars
 from bematist.simulate.gaits import GAITS
 from bematist.simulate.parameters import Point, Scenario
 
@@ -44,6 +44,12 @@ def _stairwell(floors: int) -> tuple[tuple[Point, ...], tuple[int, ...]]:
     return tuple(corners), tuple(i for i, (a, b) in enumerate(pairwise(corners)) if a[2] != b[2])
 
 
+# Along a parking lot, through a building by its corridors, around it, through it again, and back.
+_BUILDING = _plan(
+    (0, 0), (110, 0), (110, 60), (150, 60), (150, 100), (120, 100), (120, 130), (175, 130), (175, 70), (215, 70),
+    (215, 150), (120, 150), (90, 180), (40, 180), (40, 90), (125, 85), (125, 115), (160, 115), (160, 75), (90, 75), (90, 20),
+    (0, 20), (0, 0),
+)  # fmt: skip
 _STAIRWELL, _FLIGHTS = _stairwell(4)
 
 SCENARIOS: dict[str, Scenario] = {
@@ -65,6 +71,16 @@ SCENARIOS: dict[str, Scenario] = {
     "straight": Scenario(name="straight", waypoints=_plan((0, 0), (100, 0))),
     "still": Scenario(name="still", waypoints=_plan((0, 0)), rest_s=600.0, final_rest_s=0.0),
     "stairs": Scenario(name="stairs", waypoints=_STAIRWELL, stairs=_FLIGHTS, corner_radius_m=0.3),
+    "building": Scenario(
+        name="building",
+        waypoints=_BUILDING,
+        length_m=1500.0,
+        gaits=((0.0, GAITS["brisk"]),),
+        pauses=((215.0, 10.0), (800.0, 12.0)),
+        parked_cars=(ParkedCars(from_m=40.0, to_m=120.0, away_m=3.5),),
+        facades=(Facade(from_m=730.0, to_m=800.0, away_m=-4.0),),
+        indoor_fields=(IndoorField(from_m=215.0, to_m=600.0), IndoorField(from_m=930.0, to_m=1210.0)),
+    ),
     "rectangle": Scenario(name="rectangle", waypoints=_RECTANGLE),
     "ellipse": Scenario(name="ellipse", waypoints=_ELLIPSE, corner_radius_m=5.0, gaits=((0.0, GAITS["jog"]),)),
     "mixed": Scenario(

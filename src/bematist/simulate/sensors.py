@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.simulate.motion import Motion
+from bematist.earth import STANDARD_GRAVITY
+from bematist.simulate.motion import Movement
 from bematist.simulate.parameters import Matrix, Sensor
 
 Array = NDArray[np.float64]
@@ -16,7 +17,7 @@ _FLICKER_S = (3.0, 30.0, 300.0, 3000.0)
 _BLOCK = 65536
 
 
-def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, Array]:
+def inertial_truth(motion: Movement, time: Array, sensor: Sensor) -> tuple[Array, Array]:
     """Specific force (N,3), m/s², and angular rate (N,3), rad/s, as a sensor without errors says them at the times
     (N,).
 
@@ -28,9 +29,11 @@ def inertial_truth(motion: Motion, time: Array, sensor: Sensor) -> tuple[Array, 
     if sensor.sampling == "instant":
         return motion.signals(time)
     step = 1 / sensor.rate_hz
-    specific_force, angular_rate = motion.signals(time)
+    specific_force, angular_rate = np.empty((2, len(time), 3))
     # Where an interval lies within one stance that does not rock, its mean is the value at its end.
-    i = np.flatnonzero(~motion.still(time - step, time))
+    still = motion.still(time - step, time)
+    specific_force[still], angular_rate[still] = motion.signals(time[still])
+    i = np.flatnonzero(~still)
     total = [np.zeros((len(i), 3)), np.zeros((len(i), 3))]
     for node, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
         for sum_of, values in zip(total, motion.signals(time[i] + step * (node - 1) / 2), strict=True):
@@ -130,6 +133,19 @@ def measure_field(m: Array, errors: Errors, sensor: Sensor, rng: np.random.Gener
     """What the sensor says (M,3) of the flux density in its own axes, µT."""
     noise = sensor.magnetic_noise_density * np.sqrt(sensor.magnetometer_rate_hz) * rng.standard_normal(m.shape)
     return _digitised(m @ errors.magnetic_matrix.T + errors.magnetic_bias + noise, sensor.magnetic_lsb, sensor.magnetic_range)
+
+
+def pressure_at(height_m: Array) -> Array:
+    """Pressure (K,), Pa, at heights (K,), m, above where it is 1013.25 hPa, in the standard atmosphere (ISO 2533)."""
+    return 101325.0 * (1 - 0.0065 * height_m / 288.15) ** (STANDARD_GRAVITY * 0.0289644 / (8.314462618 * 0.0065))
+
+
+def measure_pressure(pressure: Array, sensor: Sensor, rng: np.random.Generator) -> Array:
+    """What the barometer says (L,), Pa, of a pressure (L,) at its rate; the weather is a part of its walk."""
+    rate = sensor.pressure_rate_hz
+    walk = sensor.pressure_walk / np.sqrt(rate) * rng.standard_normal(len(pressure)).cumsum()
+    noise = sensor.pressure_noise_density * np.sqrt(rate) * rng.standard_normal(len(pressure))
+    return _digitised(pressure + sensor.pressure_bias_sd * rng.standard_normal() + walk + noise, sensor.pressure_lsb, np.inf)
 
 
 def jittered(time: Array, sensor: Sensor, rng: np.random.Generator) -> Array:
