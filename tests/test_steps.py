@@ -49,7 +49,7 @@ def test_steps_of_a_regular_walk(rate_hz, pace_hz):
     peaks = 5.0 + (np.arange(count) + 0.5) / pace_hz  # where the vertical acceleration is largest
     inner = found.event_time[4:-2]
     assert np.abs(inner[:, None] - peaks).min(1).max() < 0.03
-    assert np.abs(found.event_frequency[6:] - pace_hz).max() < 0.05
+    assert np.abs(found.event_frequency[8:] - pace_hz).max() < 0.05
     assert np.bincount(found.event_carrying, minlength=5).argmax() == steps.CARRYING.index("texting")
     assert (found.event_confirmed >= found.event_time).all()
 

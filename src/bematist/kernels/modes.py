@@ -8,32 +8,15 @@ from bematist.kernels.steps_period import rate_at
 
 
 @inlined
-def features(S, prm, x, w0, w1, w2, impact):
+def features(S, prm, x, w0, w1, w2):
     """Energies and directions over exponential windows, with the cell's vertical acceleration x and rates w."""
     a = 1 - prm[at.FEATURE_DECAY]
     S[at.ENERGY] += a * (x * x - S[at.ENERGY])
     S[at.SHORT] += (1 - prm[at.SHORT_DECAY]) * (x * x - S[at.SHORT])
     S[at.RATE_ENERGY] += a * (w0 * w0 + w1 * w1 + w2 * w2 - S[at.RATE_ENERGY])
-    S[at.IMPACT] += a * (impact - S[at.IMPACT])
-    c = at.RATE_COVARIANCE
-    S[c] += a * (w0 * w0 - S[c])
-    S[c + 1] += a * (w0 * w1 - S[c + 1])
-    S[c + 2] += a * (w0 * w2 - S[c + 2])
-    S[c + 3] += a * (w1 * w1 - S[c + 3])
-    S[c + 4] += a * (w1 * w2 - S[c + 4])
-    S[c + 5] += a * (w2 * w2 - S[c + 5])
     b = 1 - prm[at.GRAVITY_DECAY]
     for i in range(3):
         S[at.GRAVITY + i] += b * (S[at.UP + i] - S[at.GRAVITY + i])
-
-
-@inlined
-def _one_axis(S):
-    """How far the rotation is about one axis: the norm of the covariance over its trace, 1 for one axis and 0.58 for all alike."""
-    c = at.RATE_COVARIANCE
-    trace = S[c] + S[c + 3] + S[c + 5]
-    off = S[c + 1] * S[c + 1] + S[c + 2] * S[c + 2] + S[c + 4] * S[c + 4]
-    return math.sqrt(S[c] * S[c] + S[c + 3] * S[c + 3] + S[c + 5] * S[c + 5] + 2 * off) / trace if trace > 0 else 0.0
 
 
 @inlined
@@ -52,7 +35,7 @@ def motion(S, prm):
         return at.STATIC
     if S[at.FREQUENCY] >= prm[at.RUN_HZ] and S[F + at.FEATURE_FORCE] >= prm[at.RUN_FORCE]:
         return at.RUNNING
-    if abs(S[F + at.FEATURE_CLIMB]) >= prm[at.CLIMB_SPEED]:
+    if abs(S[F + at.FEATURE_CLIMB]) >= (prm[at.CLIMB_LEFT] if S[at.MOTION] == at.STAIRS else prm[at.CLIMB_SPEED]):
         return at.STAIRS
     return at.WALKING
 
@@ -63,43 +46,44 @@ def carrying(S, prm):
     F = at.FEATURES
     rate, screen, top = S[F + at.FEATURE_RATE], S[F + at.FEATURE_SCREEN], S[F + at.FEATURE_TOP]
     if rate >= prm[at.SWING_RATE] and S[F + at.FEATURE_STRIDE] >= prm[at.SWING_STRIDE]:
-        if abs(top) >= prm[at.POCKET_UPRIGHT] and S[F + at.FEATURE_IMPACT] >= prm[at.POCKET_IMPACT]:
-            return at.POCKET
-        return at.SWINGING
+        return at.POCKET if abs(top) >= prm[at.POCKET_UPRIGHT] else at.SWINGING
     if screen >= prm[at.SCREEN_UP]:
         return at.TEXTING
-    if top >= prm[at.PHONE_TOP] and abs(screen) <= prm[at.PHONE_SCREEN] and rate <= prm[at.PHONE_RATE]:
+    if prm[at.PHONE_TOP] <= top <= prm[at.PHONE_TOP_MOST] and abs(screen) <= prm[at.PHONE_SCREEN] and rate <= prm[at.PHONE_RATE]:
         return at.PHONING
     return at.BAG
 
 
+@inlined
+def _change(S, mode, following, now, t, dwell_s):
+    """The mode at S[mode] becomes `now` once that has been found for so long; S[following:] holds what was found, and since when."""
+    if now != S[following]:
+        S[following], S[following + 1] = now, t
+    if t - S[following + 1] >= dwell_s:
+        S[mode] = now
+
+
 @apart
 def judge(S, prm, t, k, x):
-    """Features of the cell at t, and the modes: another one holds once it has been found for DWELL_S."""
+    """Features of the cell at t, and the modes: at the beginning of a walk at once, later once they have been found for DWELL_S."""
     F = at.FEATURES
     period = S[at.PERIOD]
     S[F + at.FEATURE_FORCE] = math.sqrt(S[at.ENERGY])
     S[F + at.FEATURE_RATE] = math.sqrt(S[at.RATE_ENERGY])
     S[F + at.FEATURE_PERIODICITY] = S[at.SCORE]
     S[F + at.FEATURE_FREQUENCY] = 1 / period if period > 0 else 0.0
-    S[F + at.FEATURE_STRIDE] = 0.5 * (rate_at(S, k, 2 * period) - rate_at(S, k, period)) if period > 0 else 0.0
+    S[F + at.FEATURE_STRIDE] = -rate_at(S, k, period) if period > 0 else 0.0
     S[F + at.FEATURE_SCREEN] = _dot(S, prm, at.SCREEN_AXIS)
     S[F + at.FEATURE_TOP] = _dot(S, prm, at.TOP_AXIS)
-    S[F + at.FEATURE_IMPACT] = math.sqrt(S[at.IMPACT])
-    S[F + at.FEATURE_AXIS] = _one_axis(S)
     S[F + at.FEATURE_CLIMB] = S[at.CLIMB]
     S[F + at.FEATURE_BAND] = S[at.BAND]
     S[F + at.FEATURE_VERTICAL] = x
     now = motion(S, prm)
-    if now == at.STATIC or S[at.MOTION] == at.STATIC:
-        S[at.MOTION] = S[at.MOTION_NEXT] = now
-    elif now != S[at.MOTION_NEXT]:
-        S[at.MOTION_NEXT], S[at.MOTION_SINCE] = now, t
-    elif now != S[at.MOTION] and t - S[at.MOTION_SINCE] >= prm[at.DWELL_S]:
+    if now == at.STATIC:
         S[at.MOTION] = now
-    if S[at.WALKING_NOW] > 0:
-        now = carrying(S, prm)
-        if now != S[at.CARRYING_NEXT]:
-            S[at.CARRYING_NEXT], S[at.CARRYING_SINCE] = now, t
-        if now != S[at.CARRYING] and t - S[at.CARRYING_SINCE] >= prm[at.DWELL_S]:
-            S[at.CARRYING] = now
+        return
+    begins = S[at.MOTION] == at.STATIC
+    # The speed of climbing is smoothed already.
+    dwell = 0.0 if begins or now == at.STAIRS or S[at.MOTION] == at.STAIRS else prm[at.DWELL_S]
+    _change(S, at.MOTION, at.MOTION_NEXT, now, t, dwell)
+    _change(S, at.CARRYING, at.CARRYING_NEXT, carrying(S, prm), t, 0.0 if begins else prm[at.DWELL_S])

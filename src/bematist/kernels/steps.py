@@ -14,9 +14,8 @@ from bematist.kernels.steps_cell import close_cell
 
 @inlined
 def _channels(S, prm, f0, f1, f2, w0, w1, w2):
-    """What a sample is to the cells: vertical acceleration, rates, forces, |f|²."""
-    v = f0 * S[at.UP] + f1 * S[at.UP + 1] + f2 * S[at.UP + 2] - prm[at.G]
-    return v, w0, w1, w2, f0, f1, f2, f0 * f0 + f1 * f1 + f2 * f2
+    """What a sample is to the cells: vertical acceleration and rates."""
+    return f0 * S[at.UP] + f1 * S[at.UP + 1] + f2 * S[at.UP + 2] - prm[at.G], w0, w1, w2
 
 
 @inlined
@@ -55,7 +54,7 @@ def _begin(S, prm, t, f0, f1, f2):
         if not at.MOTION_NEXT <= i < at.FEATURES:
             S[i] = 0.0
     S[at.FREQUENCY] = 0.0
-    S[at.MOTION] = S[at.MOTION_NEXT] = at.STATIC
+    S[at.MOTION] = at.STATIC
     S[at.HEIGHT_KNOWN] = 0.0
     S[at.STARTED], S[at.ORIGIN], S[at.CENTRE] = 1.0, t, prm[at.START_HZ]
     _set_up(S, f0, f1, f2, 0.0, 0.0, 1.0)

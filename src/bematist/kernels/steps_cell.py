@@ -29,25 +29,29 @@ def _centre(S, prm, k):
 
     Where the device turns back and forth strongly with a period in which a stride could be done, that is the stride, and the acceleration
     too has the stride's period (an arm that swings more to the front): a step is half of it. So it is where the period is longer than that
-    of the slowest step.
+    of the slowest step. A held device that nods with each step turns too fast for the strides of a walk; in a run it would turn faster.
     """
     period, score = find_period(S, prm, k)
     turning, turning_score = find_rate_period(S, prm, k)
     rate = math.sqrt(S[at.RATE_ENERGY])
-    by_rate = 0.0
-    if turning > 0 and rate > prm[at.STRIDE_RATE] and turning_score > prm[at.STRIDE_CORRELATION]:
-        by_rate = turning_score - rate_at(S, k, 0.5 * turning)
-    if by_rate > prm[at.STRIDE_CORRELATION]:
+    opposite = 0.0
+    if turning > 0 and rate > prm[at.STRIDE_RATE]:
+        opposite = min(turning_score, -rate_at(S, k, 0.5 * turning))
+        if turning * prm[at.SWING_FASTEST_HZ] < 2 and rate < prm[at.SWING_FAST_RATE]:
+            opposite = 0.0
+    if opposite > prm[at.STRIDE_CORRELATION]:
         period = 0.5 * turning
         score = max(force_at(S, k, turning), force_at(S, k, period))
         S[at.STRIDE] = 1.0
+        S[at.DEMAND] = prm[at.STRIDE_PERIODIC]
     else:
         S[at.STRIDE] = 0.0
+        S[at.DEMAND] = min(prm[at.PERIODIC_MOST], prm[at.PERIODIC] + prm[at.PERIODIC_RATE] * rate)
         if period * prm[at.SLOWEST_HZ] > 1:
             period = 0.5 * period
     S[at.PERIOD], S[at.SCORE] = period, score
     target = prm[at.START_HZ]
-    if period > 0 and score > prm[at.PERIODIC]:
+    if period > 0 and score > 0.5 * S[at.DEMAND]:
         target = 1 / period
     elif S[at.WALKING_NOW] > 0:
         target = 1 / S[at.STEP_PERIOD]
@@ -60,8 +64,6 @@ def close_cell(S, prm, t, new):
     inverse = 1 / at.CELL_S
     v = S[at.SUM + at.V] * inverse
     w0, w1, w2 = S[at.SUM + at.WX] * inverse, S[at.SUM + at.WY] * inverse, S[at.SUM + at.WZ] * inverse
-    f0, f1, f2 = S[at.SUM + at.FX] * inverse, S[at.SUM + at.FY] * inverse, S[at.SUM + at.FZ] * inverse
-    impact = max(0.0, S[at.SUM + at.FF] * inverse - f0 * f0 - f1 * f1 - f2 * f2)
     for c in range(at.CHANNELS):
         S[at.SUM + c] = 0.0
     k = int(S[at.CELLS]) - 1
@@ -73,7 +75,7 @@ def close_cell(S, prm, t, new):
     S[at.SLOW_W + 1] += slow * (w1 - S[at.SLOW_W + 1])
     S[at.SLOW_W + 2] += slow * (w2 - S[at.SLOW_W + 2])
     w0, w1, w2 = w0 - S[at.SLOW_W], w1 - S[at.SLOW_W + 1], w2 - S[at.SLOW_W + 2]
-    features(S, prm, x, w0, w1, w2, impact)
+    features(S, prm, x, w0, w1, w2)
     correlate(S, prm, k, x, w0, w1, w2)
     _centre(S, prm, k)
     g = math.tan(math.pi * S[at.CENTRE] * at.CELL_S)

@@ -38,6 +38,9 @@ def _consider(S, prm, t, size, new):
             return new
         if since < (1 + prm[at.IRREGULARITY]) * period:
             S[at.STEP_PERIOD] += 0.3 * (since - period)
+        elif since > (2 - prm[at.IRREGULARITY]) * period:
+            # One between them had no peak of its own, as where the device is taken elsewhere; one walked on all the time.
+            new = _count(S, t - 0.5 * since, size, new)
         S[at.STEP_SIZE] += 0.2 * (size - S[at.STEP_SIZE])
         return _count(S, t, size, new)
     waiting = int(S[at.PENDING_COUNT])
@@ -68,7 +71,7 @@ def _confirm(S, prm, new):
     n = int(S[at.PENDING_COUNT])
     need = int(prm[at.FIRST_STEPS])
     period = S[at.PERIOD]
-    if n < need or S[at.SCORE] < prm[at.PERIODIC] or period <= 0:
+    if n < need or S[at.SCORE] < S[at.DEMAND] or period <= 0:
         return new
     # the last ones: as regular as a walk, and at the period that the acceleration has
     last = at.PENDING + at.EVENT * (n - 1)
@@ -105,12 +108,18 @@ def _count(S, t, size, new):
     S[o + at.EVENT_TIME], S[o + at.EVENT_SIZE] = t, size
     S[o + at.EVENT_FREQUENCY] = S[at.FREQUENCY] = 1 / S[at.STEP_PERIOD]
     S[at.LAST_EVENT] = t
+    S[at.QUIET] = S[at.SHORT]
     S[at.COUNT] += 1
     return new + 1
 
 
 @inlined
 def pause(S, prm, t):
-    """The walk ends when no step has come for longer than a pause."""
-    if S[at.WALKING_NOW] > 0 and t - S[at.LAST_EVENT] > prm[at.PAUSE] * S[at.STEP_PERIOD]:
+    """The walk ends when no step has come for longer than a pause, or a step is overdue and the device was quiet meanwhile."""
+    if S[at.WALKING_NOW] == 0:
+        return
+    S[at.QUIET] = min(S[at.QUIET], S[at.SHORT])
+    since = (t - S[at.LAST_EVENT]) / S[at.STEP_PERIOD]
+    quiet = 2 * S[at.QUIET] < (prm[at.QUIET_SHARE] * S[at.STEP_SIZE]) ** 2
+    if since > prm[at.PAUSE] or (since > 1 + prm[at.IRREGULARITY] and quiet):
         S[at.WALKING_NOW] = S[at.PENDING_COUNT] = S[at.FREQUENCY] = 0.0

@@ -11,16 +11,17 @@ COUNT, FREQUENCY, MOTION, CARRYING, LAST_EVENT = range(5)
 TIME, STARTED, AGE, ORIGIN, CELLS = 5, 6, 7, 8, 9
 UP, GRAVITY = 10, 13
 PREVIOUS, SUM = 16, 24  # channels of the sample before, and their integrals over the cell under way
-V, WX, WY, WZ, FX, FY, FZ, FF = range(8)
-CHANNELS = 8
+V, WX, WY, WZ = range(4)
+CHANNELS = 4
 # band-pass filters: two states each
 HIGH_PASS, BAND_1, BAND_2 = 32, 34, 36
 SLOW_W = 38  # 3: slow part of the angular rate
 CENTRE = 41  # frequency of the band pass, Hz
 BAND = 42  # 3: band-passed values of the last cells, newest first
+DEMAND = 45
 PEAK_TIME, PEAK_OPEN = 46, 47
 # energies over exponential windows
-ENERGY, SHORT, RATE_ENERGY, IMPACT, RATE_COVARIANCE = 49, 50, 51, 52, 53  # the last 6
+ENERGY, SHORT, RATE_ENERGY = 49, 50, 51
 # periodicity
 PERIOD, SCORE, STRIDE, FUNDAMENTAL = 59, 60, 61, 62
 # walking
@@ -28,7 +29,8 @@ WALKING_NOW, STEP_PERIOD, STEP_SIZE, PENDING_COUNT, NEW = 63, 64, 65, 66, 67
 # modes: candidates and since when
 MOTION_NEXT, MOTION_SINCE, CARRYING_NEXT, CARRYING_SINCE = 68, 69, 70, 71
 HEIGHT, CLIMB, HEIGHT_TIME, HEIGHT_KNOWN = 72, 73, 74, 75
-FEATURES = 76
+QUIET = 76  # least short-time energy since the last step
+FEATURES = 77
 (
     FEATURE_FORCE,
     FEATURE_RATE,
@@ -37,13 +39,11 @@ FEATURES = 76
     FEATURE_STRIDE,
     FEATURE_SCREEN,
     FEATURE_TOP,
-    FEATURE_IMPACT,
-    FEATURE_AXIS,
     FEATURE_CLIMB,
     FEATURE_BAND,
     FEATURE_VERTICAL,
-) = range(12)
-FEATURE_SIZE = 12
+) = range(10)
+FEATURE_SIZE = 10
 PENDING = 96
 EVENT = 3  # of each record
 EVENT_TIME, EVENT_FREQUENCY, EVENT_SIZE = range(3)
@@ -80,24 +80,31 @@ WORKSPACE_SIZE = CORRELATION_W + LAGS
     PAUSE,
     PEAK_SHARE,
     RINGING,
+    QUIET_SHARE,
     STRIDE_RATE,
     STRIDE_CORRELATION,
     DWELL_S,
     RUN_HZ,
     RUN_FORCE,
     CLIMB_SPEED,
+    CLIMB_LEFT,
     CLIMB_S,
     SWING_RATE,
     SWING_STRIDE,
-    POCKET_IMPACT,
     POCKET_UPRIGHT,
     SCREEN_UP,
     PHONE_RATE,
     PHONE_TOP,
+    PHONE_TOP_MOST,
     PHONE_SCREEN,
-) = range(38)
-SCREEN_AXIS, TOP_AXIS = 40, 43
-PARAMETERS = 48
+    SWING_FASTEST_HZ,
+    SWING_FAST_RATE,
+    STRIDE_PERIODIC,
+    PERIODIC_RATE,
+    PERIODIC_MOST,
+) = range(45)
+SCREEN_AXIS, TOP_AXIS = 45, 48
+PARAMETERS = 52
 
 STATIC, WALKING, RUNNING, STAIRS = 0.0, 1.0, 2.0, 3.0
 TEXTING, PHONING, SWINGING, POCKET, BAG = 0.0, 1.0, 2.0, 3.0, 4.0

@@ -32,13 +32,11 @@ FEATURES = (
     "stride_rotation",
     "screen_up",
     "top_up",
-    "impact_rms",
-    "one_axis",
     "climb_speed",
     "step_band",
     "vertical_acceleration",
 )
-"""Columns of `StepAnalysis.features`: m/s², rad/s, 1, Hz, 1, 1, 1, m/s², 1, m/s, m/s², m/s²."""
+"""Columns of `StepAnalysis.features`: m/s², rad/s, 1, Hz, 1, 1, 1, m/s, m/s², m/s²."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class StepAnalysis:
     count : (N,) how many steps were counted at each sample: several where a walk was confirmed.
     frequency : (N,) step frequency, Hz; 0 where nobody walks.
     motion, carrying : (N,) index into MOTIONS, CARRYING.
-    features : (N,12) what was decided on, FEATURES.
+    features : (N,10) what was decided on, FEATURES.
     event_time : (M,) instant of each step, s.
     event_confirmed : (M,) when it was counted, s.
     event_frequency : (M,) step frequency, Hz.

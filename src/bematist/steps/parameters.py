@@ -52,18 +52,30 @@ class DetectionParameters(Parameters):
         "must be kept out.",
     )
     correlation_s: float = Field(
-        default=1.5,
+        default=1.8,
         gt=0.2,
         le=10,
         description="Time constant of the autocorrelation that tells the period, s. Longer: surer, and later to follow a change of pace.",
     )
     follow_s: float = Field(default=0.4, gt=0, le=10, description="Time constant with which the band pass follows the pace, s.")
     periodic: float = Field(
-        default=0.4,
-        gt=0,
+        default=0.2,
+        ge=0,
         lt=1,
-        description="Least autocorrelation coefficient at the step's or the stride's period with which a walk begins. Smaller: irregular "
-        "walks are seen sooner, gestures are taken for steps.",
+        description="A walk begins where the autocorrelation coefficient of the vertical acceleration at the step period is at least this, "
+        "with a device that does not rotate. Smaller: irregular walks are seen sooner, gestures are taken for steps.",
+    )
+    periodic_rate: float = Field(
+        default=0.3,
+        ge=0,
+        description="And more by this for each rad/s of rms angular rate. Larger: a device that is turned about makes fewer steps.",
+    )
+    periodic_most: float = Field(default=0.7, gt=0, lt=1, description="But never more than this.")
+    stride_periodic: float = Field(
+        default=0.4,
+        ge=0,
+        lt=1,
+        description="The same where the rotation tells the stride, at the step's or the stride's period, whichever is better.",
     )
     least_force: float = Field(
         default=0.2,
@@ -81,13 +93,13 @@ class DetectionParameters(Parameters):
         default=0.6, gt=0, lt=1, description="No step follows another within this part of the step period. Larger: fewer double counts."
     )
     pause: float = Field(
-        default=1.8,
+        default=2.3,
         gt=1,
         le=5,
-        description="A walk ends when no step has come for this many step periods. Larger: it outlasts a missed step.",
+        description="A walk ends when no step has come for this many step periods. Larger: it outlasts a missed step, which then counts.",
     )
     peak_share: float = Field(
-        default=0.35,
+        default=0.3,
         ge=0,
         lt=1,
         description="Least height of a peak against the recent ones. Larger: fewer false steps, soft ones are lost.",
@@ -99,12 +111,30 @@ class DetectionParameters(Parameters):
         description="Least amplitude of the unfiltered acceleration over the last quarter of a second against the height of the peak: a "
         "filter that only rings on makes no step.",
     )
+    quiet_share: float = Field(
+        default=0.4,
+        ge=0,
+        lt=1,
+        description="A walk ends earlier when a step is overdue and that amplitude has fallen below this part of the height of the steps. "
+        "Larger: sooner, also where a step was only soft.",
+    )
     stride_rate: float = Field(
-        default=0.8, gt=0, description="rms angular rate from which a rotation back and forth may tell the stride, rad/s."
+        default=0.6, gt=0, description="rms angular rate from which a rotation back and forth may tell the stride, rad/s."
     )
     stride_correlation: float = Field(
-        default=0.4, gt=0, lt=1, description="Autocorrelation coefficient of the rotation from which it does."
+        default=0.3,
+        gt=0,
+        lt=1,
+        description="Autocorrelation coefficient of the rotation from which it does, at its period, and negative at half of it.",
     )
+    swing_fastest_hz: float = Field(
+        default=2.3,
+        gt=0.5,
+        le=5,
+        description="A rotation tells a faster step than this, Hz, only where it is as fast as in a run. Larger: a held device that nods "
+        "with each step is taken for a swinging one.",
+    )
+    swing_fast_rate: float = Field(default=2.2, gt=0, description="That is, from this rms angular rate on, rad/s.")
     gap_s: float = Field(
         default=0.5,
         gt=0,
@@ -122,30 +152,29 @@ class ModeParameters(Parameters):
     dwell_s: float = Field(default=0.8, ge=0, le=20, description="A mode changes when another has been found for so long, s.")
     run_hz: float = Field(default=2.3, gt=0, description="Running: least step frequency, Hz. Lower: a fast walk counts as a run.")
     run_force: float = Field(
-        default=4.0, gt=0, description="Running: least rms vertical acceleration, m/s². Lower: a fast walk counts as a run."
+        default=2.5, gt=0, description="Running: least rms vertical acceleration, m/s². Lower: a fast walk counts as a run."
     )
     climb_speed: float = Field(default=0.15, gt=0, description="Stairs: least vertical speed by the pressure, m/s, either way.")
-    climb_s: float = Field(default=1.5, gt=0, le=20, description="Smoothing of that speed, s. Longer: less noise of the barometer, later.")
+    climb_left: float = Field(default=0.1, ge=0, description="Stairs are left below this vertical speed, m/s.")
+    climb_s: float = Field(default=0.7, gt=0, le=20, description="Smoothing of that speed, s. Longer: less noise of the barometer, later.")
     swing_rate: float = Field(
-        default=0.9, gt=0, description="Swinging or pocket: least rms angular rate, rad/s. Lower: a lightly swung device counts."
+        default=0.5, gt=0, description="Swinging or pocket: least rms angular rate, rad/s. Lower: a lightly swung device counts."
     )
     swing_stride: float = Field(
-        default=0.3,
+        default=0.4,
         gt=-1,
         lt=1,
-        description="Swinging or pocket: least half difference of the rotation's autocorrelation at the stride's and at the step's period: "
-        "1 for a rotation once a stride, 0 for one with each step.",
+        description="Swinging or pocket: how much the rotation is the opposite of that a step ago, its autocorrelation coefficient at the "
+        "step period, negative: 1 for a rotation back and forth once a stride, -1 for one with each step.",
     )
     pocket_upright: float = Field(
         default=0.8, ge=0, le=1, description="Pocket, not swinging: least |cosine| between up and the long axis of the device."
     )
-    pocket_impact: float = Field(
-        default=1.0,
-        ge=0,
-        description="Pocket, not swinging: least rms specific force above about 12 Hz, m/s²: a leg feels the ground more than a hand.",
-    )
     screen_up: float = Field(default=0.5, ge=-1, le=1, description="Texting: least cosine between up and the screen's normal (60°).")
     phone_top: float = Field(default=0.3, ge=-1, le=1, description="Phoning: least cosine between up and the upper end of the device.")
+    phone_top_most: float = Field(
+        default=0.9, ge=-1, le=1, description="And the largest: at an ear it leans, more upright (less than 26°) it stands in a bag."
+    )
     phone_screen: float = Field(default=0.6, ge=0, le=1, description="Phoning: largest |cosine| between up and the screen's normal.")
     phone_rate: float = Field(default=1.2, gt=0, description="Phoning: largest rms angular rate, rad/s; beyond it is a bag's.")
     screen_axis: Axis = Field(default=(0.0, 0.0, 1.0), description="Direction out of the screen in b. A phone's is z.")
