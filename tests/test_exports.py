@@ -15,8 +15,8 @@ from bematist.errors import DataError, UsageError
 from bematist.evaluate import align_path
 from bematist.frames import matrix_from_quaternion, quaternion_from_euler
 from bematist.io import export, read_trajectory, write_trajectory
-from bematist.io.exports import turned
 from bematist.io.trajectory_files import COVARIANCE_COLUMNS
+from bematist.placement import turned
 from bematist.trajectory import COLUMNS, PACKED, Trajectory
 
 ZURICH = (47.3769, 8.5417, 408.0)

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import browser
-from bematist.recording import Recording
+from bematist.io import read_floor_plan
+from bematist.recording import Recording, Reference
 from bematist.report import write_report, write_stance_page
 from bematist.stance import StanceParameters, analyse
 from report_cases import reference, turned, walk
@@ -193,4 +195,37 @@ def test_trying_a_stance_threshold(chromium: browser.Browser, tmp_path: Path) ->
     page.until("new Set(bematist.times.map((o) => o.div.data[0].x.length)).size === 1")
     page.run("document.getElementById('threshold-reset').click()")
     assert seen()[1] == expected(a.stance)[1]
+    page.close()
+
+
+def test_a_plan_below_the_path_and_waypoints_with_their_errors(chromium: browser.Browser, tmp_path: Path) -> None:
+    image = Image.new("RGB", (60, 40), "white")
+    image.save(tmp_path / "plan.png")
+    (tmp_path / "plan.geojson").write_text('{"type": "Point", "coordinates": [-10, 3]}')
+    t = walk(12_000)
+    rows = slice(0, None, 1500)
+    waypoints = Reference(time=t.time[rows], position=t.position[rows] + [0.5, 0, 0])
+    pictured = read_floor_plan(tmp_path / "plan.png", scale=1, origin=(50, 20), rotation_deg=20)
+    write_report([t], tmp_path / "a.html", waypoints, floor_plan=pictured, align="none")
+    write_report([t, turned(t, 0.4)], tmp_path / "b.html", waypoints, floor_plan=read_floor_plan(tmp_path / "plan.geojson", scale=1))
+    page = browser.Page(chromium)
+    page.open(tmp_path / "a.html")
+    assert page.problems() == [] and fetched(page) == []
+    assert page.run("document.querySelectorAll('#plot-plan image').length") == 1
+    # The picture's place on the screen is that of its bounds on the axes.
+    west, south, east, north = pictured.bounds
+    shown = page.run(
+        "(() => { const b = document.querySelector('#plot-plan image').getBoundingClientRect(), d = document.getElementById('plot-plan');"
+        " const o = d.getBoundingClientRect(), { xaxis: x, yaxis: y } = d._fullLayout;"
+        " return [x.p2l(b.left - o.left - x._offset), y.p2l(b.bottom - o.top - y._offset),"
+        " x.p2l(b.right - o.left - x._offset), y.p2l(b.top - o.top - y._offset)]; })()"
+    )
+    assert shown == pytest.approx([west, south, east, north], abs=0.2)
+    labels = page.run("[...document.querySelectorAll('#plot-plan .textpoint')].map((t) => t.textContent)")
+    assert labels == [str(k + 1) for k in range(8)]
+    hover = page.run("document.getElementById('plot-plan').data.find((t) => t.hovertext).hovertext[2]")
+    assert hover == f"point 3 of the reference, {waypoints.time[2]:.2f} s<br>0.50 m off"
+    page.open(tmp_path / "b.html")
+    assert page.problems() == [] and fetched(page) == []
+    assert page.run("document.getElementById('plot-plan').data.filter((t) => t.name === 'error at the reference').length") == 2
     page.close()

@@ -35,8 +35,9 @@ if TYPE_CHECKING:
     from bematist.allan import AllanResult, allan
     from bematist.errors import BematistError, DataError, UsageError
     from bematist.evaluate import evaluate, evaluate_attitude
+    from bematist.floorplan import FloorPlan
     from bematist.foot import FootIns, FootParameters
-    from bematist.io import read, read_reference
+    from bematist.io import read, read_floor_plan, read_reference
     from bematist.methods import METHODS, track
     from bematist.recording import Recording, Reference
     from bematist.trajectory import Trajectory
@@ -53,9 +54,11 @@ _HOME = {
     "UsageError": "errors",
     "evaluate": "evaluate",
     "evaluate_attitude": "evaluate",
+    "FloorPlan": "floorplan",
     "FootIns": "foot",
     "FootParameters": "foot",
     "read": "io",
+    "read_floor_plan": "io",
     "read_reference": "io",
     "METHODS": "methods",
     "track": "methods",
@@ -72,6 +75,7 @@ __all__ = [
     "Attitude",
     "BematistError",
     "DataError",
+    "FloorPlan",
     "FootIns",
     "FootParameters",
     "Recording",
@@ -83,6 +87,7 @@ __all__ = [
     "evaluate",
     "evaluate_attitude",
     "read",
+    "read_floor_plan",
     "read_reference",
     "track",
 ]

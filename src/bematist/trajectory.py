@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     import polars as pl
 
+    from bematist.floorplan import FloorPlan
     from bematist.recording import Reference
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ class Trajectory:
     Attributes
     ----------
     time : (N,) s.
-    position : (N,3) m, from where the recording began.
+    position : (N,3) m, from where the recording began, unless it was `placed` elsewhere.
     velocity : (N,3) m/s.
     attitude : (N,4) wxyz, body → navigation.
     stance : (N,) uint8, 1 where the foot was taken to stand.
@@ -126,6 +127,7 @@ class Trajectory:
             "distance_m": distance,
             "closure_m": closure,
             "closure_percent": 100 * closure / distance if distance > 0 else None,
+            "start_m": [float(v) for v in self.position[0]],
             "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
             "stance_fraction": float(self.stance.mean()),
             "position_sd_m": [float(s) for s in self.position_sd[-1]],
@@ -144,8 +146,21 @@ class Trajectory:
 
         return pl.DataFrame(dict(zip(COLUMNS, self.columns(), strict=True)))
 
-    def report(self, path: str | Path, reference: Reference | None = None) -> None:
-        """Write one self-contained HTML page about this trajectory."""
+    def placed(self, position: tuple[float, float, float] | None = None, turn_deg: float = 0.0) -> Trajectory:
+        """The same path begun at `position` (east, north, up, m) and turned about the vertical, counter-clockwise in degrees."""
+        from bematist.placement import Placement
+
+        return Placement().override({"position": position, "turn_deg": turn_deg}).place(self)
+
+    def report(
+        self,
+        path: str | Path,
+        reference: Reference | None = None,
+        *,
+        floor_plan: FloorPlan | None = None,
+        align: Literal["none", "origin", "yaw", "se3"] = "yaw",
+    ) -> None:
+        """Write one self-contained HTML page about this trajectory; `align` says how the reference is laid under it."""
         from bematist.report import write_report
 
-        write_report([self], path, reference=reference)
+        write_report([self], path, reference=reference, floor_plan=floor_plan, align=align)

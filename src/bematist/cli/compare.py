@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bematist import config
-from bematist.cli import options
+from bematist.cli import options, placing
 from bematist.cli.app import app
 from bematist.cli.console import output, progress, table, warn
 from bematist.cli.job import Job, changes_from, found_in, judge, noted
 from bematist.cli.options import Reading
+from bematist.cli.placing import Placing
 from bematist.cli.results import write_page, write_results
 from bematist.errors import UsageError
 from bematist.outputs import results_folder, to_json
@@ -37,10 +38,15 @@ def compare(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
-    heading: options.Heading = None,
+    heading: placing.Heading = None,
+    start: placing.Start = None,
+    plan: placing.Map = None,
+    map_scale: placing.MapScale = None,
+    map_origin: placing.MapOrigin = None,
+    map_rotation: placing.MapRotation = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     reference: options.ReferencePath = None,
-    align: options.Align = "yaw",
+    align: options.AlignOrPlaced = None,
     quiet: options.Quiet = False,
 ) -> None:
     """Track a recording by several methods, side by side.
@@ -48,20 +54,23 @@ def compare(
     Writes comparison.csv, comparison.json, one report.html with the paths over each other, and each method's results in a
     folder of its name.
     """
-    config.choose("alignment", align, options.ALIGNMENTS)
+    lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation)
+    kind = lies.alignment(align)
     reading = Reading.given(format, columns, axes, units, clock)
-    changes = changes_from({}, sets, heading)
+    changes = changes_from({}, sets, placing.heading_deg(heading))
     jobs = [Job(name, changes).check() for name in method_names(methods)]
     folder = options.folder_for(recording, output_folder, "-compare")
-    options.keep([recording, reference], [folder / name for name in ("comparison.csv", "comparison.json", "report.html")])
+    options.keep([recording, reference, plan], [folder / name for name in ("comparison.csv", "comparison.json", "report.html")])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)
         truth = options.read_truth(reference, data)
         trajectories = [job.run(data, quiet=quiet) for job in jobs]
-        judged = [judge(t, truth, align=align, required=reference is not None) for t in trajectories]
+        settled = [lies.settled(t, truth) for t in trajectories]
+        trajectories = [s.place(t) for s, t in zip(settled, trajectories, strict=True)]
+        judged = [judge(t, truth, align=kind, required=reference is not None) for t in trajectories]
         trajectories = [noted(t, e) for t, e in zip(trajectories, judged, strict=True)]
-        rows = write_comparison(place, trajectories, [found_in(e) for e in judged], reading, truth, report=report)
+        rows = write_comparison(place, trajectories, [found_in(e) for e in judged], reading, settled, truth, report=report)
     if not quiet:
         output().print(comparison_table(rows))
         output().print(f"Results in {folder}/" + (f", see {folder / 'report.html'}" if report else ""), soft_wrap=True)
@@ -91,6 +100,7 @@ def write_comparison(
     trajectories: list[Trajectory],
     evaluations: list[Evaluation | None],
     reading: Reading,
+    lies: Sequence[Placing],
     truth: Reference | None,
     *,
     report: bool = True,
@@ -99,17 +109,17 @@ def write_comparison(
     import polars as pl
 
     rows = []
-    for trajectory, evaluation in zip(trajectories, evaluations, strict=True):
+    for trajectory, evaluation, placed in zip(trajectories, evaluations, lies, strict=True):
         own = folder / trajectory.method
         own.mkdir()
-        write_results(own, trajectory, reading, reference=truth, evaluation=evaluation, report=False)
+        write_results(own, trajectory, reading, placed, reference=truth, evaluation=evaluation, report=False)
         rows.append(comparison_row(trajectory, evaluation))
     (folder / "comparison.json").write_text(to_json(rows), "utf-8")
     flat = [{k: v for k, v in row.items() if not isinstance(v, (list, dict))} for row in rows]
     pl.DataFrame(flat, infer_schema_length=None).write_csv(folder / "comparison.csv")
     if report:
         found = [e for e in evaluations if e is not None]
-        write_page(folder / "report.html", trajectories, truth, found if len(found) == len(trajectories) else None)
+        write_page(folder / "report.html", trajectories, truth, found if len(found) == len(trajectories) else None, lies[0].plan)
     return rows
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -53,7 +52,7 @@ def export(
     ] = None,
     origin: Annotated[
         str | None,
-        typer.Option("--origin", help="Where the path starts: degrees, and height in m.", metavar="LAT,LON[,H]"),
+        typer.Option("--origin", help="Where 0, 0 of the path is: degrees, and height in m.", metavar="LAT,LON[,H]"),
     ] = None,
     heading: Annotated[
         float | None,
@@ -74,13 +73,10 @@ def export(
 
 
 def _origin(text: str) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = (math.nan,)
-    if len(numbers) not in (2, 3) or not all(abs(n) <= most for n, most in zip(numbers, (90, 360, 1e5), strict=False)):
+    found = options.numbers("--origin", text, (2, 3), "47.3769,8.5417,408 for latitude,longitude,height")
+    if not all(abs(n) <= most for n, most in zip(found, (90, 360, 1e5), strict=False)):
         raise UsageError(f"--origin {text}: write it as latitude,longitude[,height], such as 47.3769,8.5417,408.")
-    return numbers
+    return found
 
 
 @app.command()

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from bematist.trajectory import Trajectory
 
 
+PLACING = ("start", "map")
+"""Tables of a configuration that say where a path lies."""
+
 Judged = TypeVar("Judged")
 
 
@@ -74,7 +77,7 @@ def configured(path: Path | None, what: str, wanted: str | None, default: str) -
         The file has an unknown key, or was written for another one than is wanted.
     """
     stored = config.read_toml(path) if path is not None else {}
-    keys = ("version", "recording", what, "reading", "parameters")
+    keys = ("version", "recording", what, "reading", "parameters", *(PLACING if what == "method" else ()))
     for key in stored:
         if key not in keys:
             raise UsageError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -54,6 +55,12 @@ ReferencePath = Annotated[Path | None, typer.Option("--reference", help="The tru
 Align = Annotated[
     str,
     typer.Option("--align", help="How the path is laid over the reference first.", metavar="|".join(ALIGNMENTS)),
+]
+AlignOrPlaced = Annotated[
+    str | None,
+    typer.Option(
+        "--align", help="How the path is laid over the reference first.  [default: yaw; none with --start]", metavar="|".join(ALIGNMENTS)
+    ),
 ]
 Heading = Annotated[
     float | None,
@@ -112,6 +119,24 @@ class Reading:
             "units": dict(self.units),
             "clock": self.clock,
         }
+
+
+def numbers(option: str, text: str, counts: Sequence[int], example: str) -> tuple[float, ...]:
+    """Numbers with commas between.
+
+    Raises
+    ------
+    UsageError
+        They are not finite numbers, or not as many as in `counts`.
+    """
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) not in counts or not all(math.isfinite(n) for n in found):
+        many = " or ".join(map(str, counts))
+        raise UsageError(f"{option} {text}: write {many} numbers with commas between, such as {example}.")
+    return found
 
 
 def _units(texts: Sequence[str]) -> dict[str, str]:

@@ -11,7 +11,9 @@ from bematist.outputs import to_json
 
 if TYPE_CHECKING:
     from bematist.cli.options import Reading
+    from bematist.cli.placing import Placing
     from bematist.evaluate import Evaluation
+    from bematist.floorplan import FloorPlan
     from bematist.recording import Reference
     from bematist.trajectory import Trajectory
 
@@ -23,6 +25,7 @@ def write_results(
     folder: Path,
     trajectory: Trajectory,
     reading: Reading,
+    placing: Placing,
     *,
     reference: Reference | None = None,
     evaluation: Evaluation | None = None,
@@ -37,30 +40,35 @@ def write_results(
     write_trajectory(trajectory, folder)
     summary = trajectory.summary()
     (folder / "summary.json").write_text(to_json(summary), "utf-8")
-    (folder / "config.toml").write_text(_config(trajectory, reading), "utf-8")
+    (folder / "config.toml").write_text(_config(trajectory, reading, placing), "utf-8")
     if evaluation is not None:
         (folder / "evaluation.json").write_text(to_json(evaluation.to_dict()), "utf-8")
     if report:
-        write_page(folder / "report.html", [trajectory], reference, [evaluation] if evaluation else None)
+        write_page(folder / "report.html", [trajectory], reference, [evaluation] if evaluation else None, placing.plan)
     return summary
 
 
 def write_page(
-    path: Path, trajectories: Sequence[Trajectory], reference: Reference | None, evaluations: Sequence[Evaluation] | None
+    path: Path,
+    trajectories: Sequence[Trajectory],
+    reference: Reference | None,
+    evaluations: Sequence[Evaluation] | None,
+    floor_plan: FloorPlan | None = None,
 ) -> None:
     """Write the report of one trajectory or of several over each other."""
     from bematist.report import write_report
 
-    write_report(trajectories, path, reference=reference, evaluations=evaluations)
+    write_report(trajectories, path, reference=reference, evaluations=evaluations, floor_plan=floor_plan)
 
 
-def _config(trajectory: Trajectory, reading: Reading) -> str:
+def _config(trajectory: Trajectory, reading: Reading, placing: Placing) -> str:
     return config.to_toml(
         {
             "version": __version__,
             "recording": trajectory.source,
             "method": trajectory.method,
             "reading": reading.table(),
+            **placing.tables(),
             "parameters": trajectory.parameters,
         }
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bematist.cli import options
+from bematist.cli import options, placing
 from bematist.cli.app import app
 from bematist.cli.console import facts, output, progress, seconds, warn
 from bematist.cli.job import Job, changes_from, configured, found_in, judge, noted
@@ -42,13 +42,19 @@ def track(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
-    heading: options.Heading = None,
+    heading: placing.Heading = None,
+    start: placing.Start = None,
+    plan: placing.Map = None,
+    map_scale: placing.MapScale = None,
+    map_origin: placing.MapOrigin = None,
+    map_rotation: placing.MapRotation = None,
     chunk: Annotated[
         int | None,
         typer.Option("--chunk", min=1, help="Feed this many samples at a time; the result is the same.", metavar="N"),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     reference: options.ReferencePath = None,
+    align: options.AlignOrPlaced = None,
     quiet: options.Quiet = False,
 ) -> None:
     """Track a recording: its path, how sure it is, and a report.
@@ -58,19 +64,23 @@ def track(
     """
     stored, name = configured(configuration, "method", method, DEFAULT_METHOD)
     reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"))
-    changes = changes_from(stored.get("parameters", {}), sets, heading)
+    changes = changes_from(stored.get("parameters", {}), sets, placing.heading_deg(heading))
+    lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation, stored)
+    kind = lies.alignment(align)
     job = Job(name, changes).check()
     folder = options.folder_for(recording, output_folder)
-    options.keep([recording, reference], [folder / name for name in FILES])
+    options.keep([recording, reference, plan], [folder / name for name in FILES])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)
         truth = options.read_truth(reference, data)
         trajectory = job.run(data, chunk=chunk, quiet=quiet)
-        evaluation = judge(trajectory, truth, required=reference is not None)
+        lies = lies.settled(trajectory, truth)
+        trajectory = lies.place(trajectory)
+        evaluation = judge(trajectory, truth, align=kind, required=reference is not None)
         trajectory = noted(trajectory, evaluation)
         with progress("writing", quiet=quiet):
-            summary = write_results(place, trajectory, reading, reference=truth, evaluation=found_in(evaluation), report=report)
+            summary = write_results(place, trajectory, reading, lies, reference=truth, evaluation=found_in(evaluation), report=report)
     if not quiet:
         output().print(_headline(summary), style="bold", soft_wrap=True)
         output().print(facts(summary_facts(summary, trajectory, found_in(evaluation))))
@@ -88,8 +98,10 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
     """The summary for a person."""
     percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
     east, north, up = summary["position_sd_m"]
+    start = [round(v, 2) for v in summary["start_m"]]
     rows = [
         ("distance", f"{summary['distance_m']:,.2f} m"),
+        *([("start", f"{start[0]:,.2f} m east, {start[1]:,.2f} m north, {start[2]:,.2f} m up")] if any(start) else []),
         ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
         ("height change", f"{summary['height_change_m']:+.2f} m"),
         ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),

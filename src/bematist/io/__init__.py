@@ -115,6 +115,7 @@ def sniff(path: str | Path) -> Format:
 def __getattr__(name: str) -> Any:
     # Loaded on first use: the reader of a CSV needs neither writers nor references.
     home = {
+        "read_floor_plan": "floor_plans",
         "read_reference": "reference",
         "write_reference": "reference",
         "write_recording": "canonical",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.errors import UsageError
-from bematist.frames import multiply, quaternion_from_euler, yaw_from_heading_deg
-from bematist.trajectory import PACKED, Trajectory
+from bematist.placement import turned
+from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -42,8 +41,8 @@ def export(
     ----------
     format : tum, geojson, gpx, csv or parquet.
     origin : latitude and longitude in degrees and, where it is known, height in m (all WGS-84) of the point (0, 0, 0)
-        of the trajectory, where the recording began. GeoJSON and GPX need it; without a height they are written without
-        heights.
+        of the trajectory, where the recording began unless it was placed elsewhere. GeoJSON and GPX need it; without a
+        height they are written without heights.
     heading_deg : the true heading, in degrees clockwise from North, of the trajectory's East axis. A path without
         magnetometer starts along its own East: the heading of its first steps then belongs here. Absent or 90 leaves
         the path as it is. The path, its velocities, attitudes and covariances turn together, in every format.
@@ -73,25 +72,6 @@ def _checked(origin: Sequence[float] | None, format: str) -> tuple[float, float,
     if len(origin) not in (2, 3) or not np.isfinite(origin).all() or abs(origin[0]) > 90 or abs(origin[1]) > 360:
         raise UsageError(f"Origin {tuple(origin)}: give latitude (−90 to 90) and longitude in degrees and, if known, height in m.")
     return float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else None
-
-
-def turned(trajectory: Trajectory, heading_deg: float) -> Trajectory:
-    """The trajectory in true East, North, Up, where its own East axis has this true heading."""
-    if not np.isfinite(heading_deg):
-        raise UsageError(f"Heading {heading_deg}: give degrees clockwise from North.")
-    yaw = float(yaw_from_heading_deg(heading_deg))
-    c, s = np.cos(yaw), np.sin(yaw)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    upper = np.triu_indices(3)
-    packed = trajectory.packed_covariance
-    blocks = [(R @ packed[:, PACKED + 6 * k] @ R.T)[:, *upper] for k in range(3)]
-    return replace(
-        trajectory,
-        position=trajectory.position @ R.T,
-        velocity=trajectory.velocity @ R.T,
-        attitude=multiply(quaternion_from_euler(0.0, 0.0, yaw), trajectory.attitude),
-        packed_covariance=np.concatenate(blocks, axis=1),
-    )
 
 
 def map_rows(trajectory: Trajectory) -> NDArray[np.int64]:

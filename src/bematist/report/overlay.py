@@ -14,7 +14,7 @@ from bematist.recording import Reference
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from bematist.evaluate import Alignment, Evaluation
+    from bematist.evaluate import Align, Alignment, Evaluation
 
 Array = NDArray[np.float64]
 
@@ -84,8 +84,8 @@ def thinned(reference: Reference) -> Reference:
     return replace(reference, time=reference.time[k], position=reference.position[k], attitude=attitude)
 
 
-def evaluate_all(trajectories: Sequence[Trajectory], reference: Reference | None) -> list[Evaluation | None]:
-    """Evaluations by yaw alignment; None without a reference, and where it cannot be compared."""
+def evaluate_all(trajectories: Sequence[Trajectory], reference: Reference | None, align: Align = "yaw") -> list[Evaluation | None]:
+    """Evaluations by one kind of alignment; None without a reference, and where it cannot be compared."""
     if reference is None:
         return [None] * len(trajectories)
     from bematist.evaluate import evaluate
@@ -93,7 +93,7 @@ def evaluate_all(trajectories: Sequence[Trajectory], reference: Reference | None
     found: list[Evaluation | None] = []
     for t in trajectories:
         try:
-            found.append(evaluate(t, reference))
+            found.append(evaluate(t, reference, align))
         except DataError:  # a reference of another time: the page then shows it as it stands
             found.append(None)
     return found

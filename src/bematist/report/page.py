@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bematist.errors import DataError, UsageError
+from bematist.floorplan import FloorPlan
 from bematist.recording import Reference
-from bematist.report import summary
+from bematist.report import ground, summary
 from bematist.report.overlay import Overlay, evaluate_all, overlay
 from bematist.report.panels import panels
 from bematist.report.plan import plan
@@ -23,7 +24,7 @@ from bematist.report.subject import Panel, Subject, subjects
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from bematist.evaluate import Evaluation
+    from bematist.evaluate import Align, Evaluation
 
 ASSETS = Path(__file__).parent / "assets"
 
@@ -33,6 +34,8 @@ def write_report(
     path: str | Path,
     reference: Reference | None = None,
     evaluations: Sequence[Evaluation | None] | None = None,
+    floor_plan: FloorPlan | None = None,
+    align: Align = "yaw",
 ) -> None:
     """Write a page about one trajectory, or about several of the same recording side by side.
 
@@ -42,7 +45,8 @@ def write_report(
     path : the page; it appears whole or not at all.
     reference : the true path. It is drawn in the frame of the trajectory that fits it best, the other trajectories as their
         alignments with it lay them over it.
-    evaluations : one for each trajectory, or None where there is none; without them they are made here, aligned by yaw.
+    evaluations : one for each trajectory, or None where there is none; without them they are made here, aligned by `align`.
+    floor_plan : a plan of the building to draw the paths on, see `bematist.read_floor_plan`.
 
     Raises
     ------
@@ -57,19 +61,19 @@ def write_report(
         raise DataError("A trajectory has no samples: there is nothing to show.")
     if evaluations is not None and len(evaluations) != len(trajectories):
         raise UsageError(f"There are {len(trajectories)} trajectories and {len(evaluations)} evaluations: give one for each.")
-    found = list(evaluations) if evaluations is not None else evaluate_all(trajectories, reference)
-    write_page(Path(path), *_content(subjects(trajectories), reference, found))
+    found = list(evaluations) if evaluations is not None else evaluate_all(trajectories, reference, align)
+    write_page(Path(path), *_content(subjects(trajectories), reference, found, floor_plan))
 
 
 def _content(
-    drawn: Sequence[Subject], reference: Reference | None, evaluations: Sequence[Evaluation | None]
+    drawn: Sequence[Subject], reference: Reference | None, evaluations: Sequence[Evaluation | None], floor_plan: FloorPlan | None
 ) -> tuple[str, str, dict[str, Any]]:
     """Title, HTML and data of the page."""
     first = drawn[0].trajectory
     laid = overlay([s.trajectory for s in drawn], reference, evaluations)
     local = laid.reference(reference)
     figures = panels(drawn, local)
-    traces = plan(drawn, local, laid)
+    traces = plan(drawn, local, laid, evaluations, floor_plan)
     source = Path(first.source).name if first.source else "Recording"
     methods = ", ".join(s.name or s.trajectory.method for s in drawn)
     body = "".join(
@@ -85,7 +89,12 @@ def _content(
             summary.parameters([(s.name, s.trajectory.parameters) for s in drawn]),
         ]
     )
-    return f"{source}: {methods or 'path'}", body, page_data(figures, traces, first)
+    data = page_data(figures, traces, first)
+    if floor_plan is not None:
+        paths = [laid.path(k, s.trajectory.position, np.empty((0, 3, 3)))[0] for k, s in enumerate(drawn)]
+        data["image"] = ground.image(floor_plan)
+        data["view"] = ground.view([*paths, *([local.position] if local else [])])
+    return f"{source}: {methods or 'path'}", body, data
 
 
 def _subtitle(t: Trajectory, methods: str) -> str:
@@ -97,7 +106,7 @@ def _plan_note(reference: Reference | None, laid: Overlay, drawn: Sequence[Subje
     note = "East to the right, north up, equal axes. Ellipses: where the filter is 95 % sure to be."
     if reference is None:
         return note
-    if laid.frame is None:
+    if laid.frame is None or laid.frame.kind == "none":
         return note + " The reference is drawn as it stands, not aligned."
     if len(drawn) == 1:
         return f"{note} The reference is laid over the path by alignment {laid.frame}."

@@ -35,7 +35,8 @@ def height(drawn: Sequence[Subject], reference: Reference | None = None) -> Pane
         if np.isfinite(up).any():
             traces.append(line(t, up, s.budget.fast, s.color, s.name or "height", hovertemplate="%{y:.3f} m"))
     known = _reference_height(reference, drawn[0]) if traces else []
-    note = "Above the start." + (" The reference begins at the height that the path has at its first instant." if known else "")
+    above = "the start" if drawn[0].trajectory.position[0, 2] == 0 else "0 of the frame"
+    note = f"Above {above}." + (" The reference begins at the height that the path has at its first instant." if known else "")
     return Panel("height", "Height", "height (m)", traces + known, note)
 
 

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.floorplan import FloorPlan
 from bematist.recording import Reference
+from bematist.report import ground
 from bematist.report.decimate import path_indices
 from bematist.report.overlay import Overlay
 from bematist.report.subject import Subject
 from bematist.report.traces import Trace, encode, text
+from bematist.report.waypoints import reference_traces
 from bematist.trajectory import PACKED
+
+if TYPE_CHECKING:
+    from bematist.evaluate import Evaluation
 
 Array = NDArray[np.float64]
 
@@ -31,8 +38,14 @@ SWING_POINTS = 6
 """Points of a swing, its ends included, that stay in the drawn path."""
 
 
-def plan(drawn: Sequence[Subject], reference: Reference | None, overlay: Overlay) -> list[Trace]:
-    """Traces of the plan, lowest first. `reference` is in the frame of the page.
+def plan(
+    drawn: Sequence[Subject],
+    reference: Reference | None,
+    overlay: Overlay,
+    evaluations: Sequence[Evaluation | None] = (),
+    floor_plan: FloorPlan | None = None,
+) -> list[Trace]:
+    """Traces of the plan, lowest first. `reference` is in the frame of the page; evaluations: one for each trajectory, or none.
 
     The traces with `meta` "path" carry the time of each point as `customdata`: the page moves its cursor along them.
     """
@@ -46,7 +59,8 @@ def plan(drawn: Sequence[Subject], reference: Reference | None, overlay: Overlay
         paths.append(_path(s, p))
         above += _stances(s, p) if s.alone else []
         above += _ends(s, p)
-    return below + _reference(reference) + paths + above
+    known = reference_traces(drawn, reference, overlay, evaluations or [None] * len(drawn))
+    return ground.lines(floor_plan) + below + known + paths + above
 
 
 def _instants(s: Subject) -> NDArray[np.int64]:
@@ -148,28 +162,5 @@ def _ellipses(s: Subject, centre: Array, covariance: Array) -> list[Trace]:
             "fill": "toself",
             "fillcolor": f"{s.color}/0.12",
             "hoverinfo": "skip",
-        }
-    ]
-
-
-def _reference(reference: Reference | None) -> list[Trace]:
-    """The reference: a line, with its points where they are few (footfalls, waypoints)."""
-    if reference is None:
-        return []
-    p = reference.position[:, :2]
-    few = len(p) <= 500 or reference.footfall is not None
-    k = np.flatnonzero(np.isfinite(p).all(1)) if few else path_indices(p, 6000)
-    if not len(k):
-        return []
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines+markers" if few else "lines",
-            "x": encode(p[k, 0]),
-            "y": encode(p[k, 1]),
-            "name": "reference",
-            "line": {"color": "@ink", "width": 1.3, "dash": "dot"},
-            "marker": {"color": "@ink", "size": 6, "symbol": "cross-thin-open"},
-            "hovertemplate": "reference<br>east %{x:.2f} m<br>north %{y:.2f} m",
         }
     ]

@@ -150,10 +150,11 @@ const bematist = (() => {
   }
 
   function planLayout() {
+    const [x, y] = data.view || [];
     return layout({
-      dragmode: coarse ? false : "pan", hovermode: "closest", showlegend: true,
-      xaxis: axis("east (m)", { zeroline: false }),
-      yaxis: axis("north (m)", { zeroline: false, scaleanchor: "x", scaleratio: 1 }),
+      dragmode: coarse ? false : "pan", hovermode: "closest", showlegend: true, images: data.image ? [data.image] : [],
+      xaxis: axis("east (m)", { zeroline: false, ...(x && { range: [...x] }) }),
+      yaxis: axis("north (m)", { zeroline: false, scaleanchor: "x", scaleratio: 1, ...(y && { range: [...y] }) }),
     });
   }
 
