@@ -9,7 +9,7 @@ from bematist.kernels.steps_period import rate_at
 
 @inlined
 def features(S, prm, x, w0, w1, w2):
-    """Energies and directions over exponential windows, with the cell's vertical acceleration x and rates w."""
+    """Energies and directions over exponential windows, with the cell's acceleration x and rates w."""
     a = 1 - prm[at.FEATURE_DECAY]
     S[at.ENERGY] += a * (x * x - S[at.ENERGY])
     S[at.SHORT] += (1 - prm[at.SHORT_DECAY]) * (x * x - S[at.SHORT])
@@ -77,7 +77,7 @@ def judge(S, prm, t, k, x):
     S[F + at.FEATURE_TOP] = _dot(S, prm, at.TOP_AXIS)
     S[F + at.FEATURE_CLIMB] = S[at.CLIMB]
     S[F + at.FEATURE_BAND] = S[at.BAND]
-    S[F + at.FEATURE_VERTICAL] = x
+    S[F + at.FEATURE_ACCELERATION] = x
     now = motion(S, prm)
     if now == at.STATIC:
         S[at.MOTION] = now

@@ -14,8 +14,13 @@ from bematist.kernels.steps_cell import close_cell
 
 @inlined
 def _channels(S, prm, f0, f1, f2, w0, w1, w2):
-    """What a sample is to the cells: vertical acceleration and rates."""
-    return f0 * S[at.UP] + f1 * S[at.UP + 1] + f2 * S[at.UP + 2] - prm[at.G], w0, w1, w2
+    """What a sample is to the cells: the acceleration that tells steps, and rates.
+
+    The former is the mean of the upward part and of the norm, less g. Both have the bounce of the body. What a swinging arm adds to them
+    differs: upward where it rises at the ends of its way, along itself where it turns fastest, so that the mean has less of it than either.
+    """
+    v = f0 * S[at.UP] + f1 * S[at.UP + 1] + f2 * S[at.UP + 2]
+    return 0.5 * (v + math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)) - prm[at.G], w0, w1, w2
 
 
 @inlined

@@ -39,7 +39,8 @@ def _centre(S, prm, k):
         opposite = min(turning_score, -rate_at(S, k, 0.5 * turning))
         if turning * prm[at.SWING_FASTEST_HZ] < 2 and rate < prm[at.SWING_FAST_RATE]:
             opposite = 0.0
-    if opposite > prm[at.STRIDE_CORRELATION]:
+    # Once it is the stride, half as much will do: a turn disturbs the rotation for a while.
+    if opposite > (0.5 if S[at.STRIDE] > 0 else 1.0) * prm[at.STRIDE_CORRELATION]:
         period = 0.5 * turning
         score = max(force_at(S, k, turning), force_at(S, k, period))
         S[at.STRIDE] = 1.0
@@ -47,7 +48,8 @@ def _centre(S, prm, k):
     else:
         S[at.STRIDE] = 0.0
         S[at.DEMAND] = min(prm[at.PERIODIC_MOST], prm[at.PERIODIC] + prm[at.PERIODIC_RATE] * rate)
-        if period * prm[at.SLOWEST_HZ] > 1:
+        doubled = S[at.WALKING_NOW] > 0 and rate > prm[at.STRIDE_RATE] and period > 1.6 * S[at.STEP_PERIOD]
+        if period * prm[at.SLOWEST_HZ] > 1 or doubled:
             period = 0.5 * period
     S[at.PERIOD], S[at.SCORE] = period, score
     target = prm[at.START_HZ]

@@ -36,9 +36,11 @@ def _consider(S, prm, t, size, new):
         period = S[at.STEP_PERIOD]
         if since < prm[at.REFRACTORY] * period or size < prm[at.PEAK_SHARE] * S[at.STEP_SIZE]:
             return new
+        seen = S[at.PERIOD] if S[at.SCORE] >= S[at.DEMAND] else period
         if since < (1 + prm[at.IRREGULARITY]) * period:
-            S[at.STEP_PERIOD] += 0.3 * (since - period)
-        elif since > (2 - prm[at.IRREGULARITY]) * period:
+            seen = since
+        S[at.STEP_PERIOD] = max(1 / prm[at.FASTEST_HZ], period + 0.3 * (seen - period))
+        if since > (2 - prm[at.IRREGULARITY]) * period:
             # One between them had no peak of its own, as where the device is taken elsewhere; one walked on all the time.
             new = _count(S, t - 0.5 * since, size, new)
         S[at.STEP_SIZE] += 0.2 * (size - S[at.STEP_SIZE])
@@ -79,7 +81,7 @@ def _confirm(S, prm, new):
     size = 0.0
     for i in range(need):
         size += S[last - at.EVENT * i + at.EVENT_SIZE] / need
-    if abs(mean - period) > prm[at.IRREGULARITY] * period:
+    if abs(mean - period) > 0.5 * prm[at.IRREGULARITY] * period:
         return new
     first = n - 1
     for i in range(n - 1, 0, -1):
@@ -91,7 +93,7 @@ def _confirm(S, prm, new):
     if n - first < need:
         return new
     S[at.WALKING_NOW] = 1.0
-    S[at.STEP_PERIOD], S[at.STEP_SIZE] = mean, size
+    S[at.STEP_PERIOD], S[at.STEP_SIZE] = max(1 / prm[at.FASTEST_HZ], mean), size
     for i in range(first, n):
         o = at.PENDING + at.EVENT * i
         new = _count(S, S[o + at.EVENT_TIME], S[o + at.EVENT_SIZE], new)

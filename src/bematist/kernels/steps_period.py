@@ -1,6 +1,6 @@
 """How periodic the last seconds were, and with which period: autocorrelations over an exponential window, one lag a cell.
 
-Of the vertical acceleration x: R_l = sum λ^(k-j) x_j x_(j-l), against the energies of both factors. That of the second factor is the
+Of the acceleration x: R_l = sum λ^(k-j) x_j x_(j-l), against the energies of both factors. That of the second factor is the
 energy of l cells ago, E_(k-l) = sum λ^(k-j) x_(j-l)², so that one ring of energies does for all lags. Of the angular rate the same with the
 scalar product: a swinging arm or leg turns back and forth once a stride, a held device with each step if at all.
 """
@@ -41,7 +41,7 @@ def _normalised(S, correlation, energies, k, lag):
 
 @inlined
 def of_force(S, k, lag):
-    """Coefficient of the vertical acceleration at a lag, cells."""
+    """Coefficient of the acceleration at a lag, cells."""
     return _normalised(S, at.CORRELATION_X, at.RING_EX, k, lag)
 
 
@@ -64,7 +64,7 @@ def rate_at(S, k, seconds):
 
 @inlined
 def force_at(S, k, seconds):
-    """Coefficient of the vertical acceleration at a lag in s, as `rate_at`."""
+    """Coefficient of the acceleration at a lag in s, as `rate_at`."""
     lag = seconds / at.CELL_S
     i = int(lag)
     if i + 1 >= at.LAGS:
@@ -85,7 +85,7 @@ def _top(a, b, c):
 
 @apart
 def find_period(S, prm, k):
-    """Period of the vertical acceleration, s, and its coefficient: the shortest lag that is nearly as good as the best; 0 where none is.
+    """Period of the acceleration, s, and its coefficient: the shortest lag that is nearly as good as the best; 0 where none is.
 
     A signal repeats after two and three periods too. Sought is the shortest lag at a top of at least 0.85 of the highest.
     """

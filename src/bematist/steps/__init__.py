@@ -1,6 +1,6 @@
 """Step events, step frequency, and how a handheld sensor is moved and carried."""
 
-from bematist.steps.analysis import CARRYING, FEATURES, MOTIONS, StepAnalysis, analyse, detect, pressure, results
+from bematist.steps.analysis import CARRYING, FEATURES, MOTIONS, StepAnalysis, analyse, detect, most, results
 from bematist.steps.parameters import DetectionParameters, ModeParameters, StepParameters
 from bematist.steps.setup import kernel_parameters, workspace
 
@@ -15,7 +15,7 @@ __all__ = [
     "analyse",
     "detect",
     "kernel_parameters",
-    "pressure",
+    "most",
     "results",
     "workspace",
 ]

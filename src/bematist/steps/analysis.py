@@ -34,7 +34,7 @@ FEATURES = (
     "top_up",
     "climb_speed",
     "step_band",
-    "vertical_acceleration",
+    "acceleration",
 )
 """Columns of `StepAnalysis.features`: m/s², rad/s, 1, Hz, 1, 1, 1, m/s, m/s², m/s²."""
 
@@ -53,7 +53,7 @@ class StepAnalysis:
     event_time : (M,) instant of each step, s.
     event_confirmed : (M,) when it was counted, s.
     event_frequency : (M,) step frequency, Hz.
-    event_size : (M,) height of the step's peak in the band-passed vertical acceleration, m/s².
+    event_size : (M,) height of the step's peak in the band-passed acceleration, m/s².
     event_motion, event_carrying : (M,) modes when it was counted.
     """
 
@@ -95,7 +95,8 @@ def analyse(
     p = parameters or StepParameters()
     gap_s = GapParameters().seconds(recording.rate_hz if len(recording) > 1 else 100.0)
     up = None if attitude is None else matrix_from_quaternion(attitude)[:, 2]
-    out, events = detect(recording.samples(), p, up=up, pressure=pressure(recording), gravity=gravity, gap_s=gap_s)
+    rows = recording.samples(pressure=True)
+    out, events = detect(rows[:, :10], p, up=up, pressure=np.ascontiguousarray(rows[:, 10]), gravity=gravity, gap_s=gap_s)
     column = out.T
     return StepAnalysis(
         time=recording.time,
@@ -112,18 +113,6 @@ def analyse(
         event_carrying=events[:, at.EVENT_CARRYING].astype(np.uint8),
         parameters=p,
     )
-
-
-def pressure(recording: Recording) -> Array:
-    """The pressure (N,), Pa, of each inertial sample: once, at the first at or after its own time, NaN elsewhere; (0,) without one."""
-    known = np.isfinite(recording.pressure)
-    if not known.any():
-        return np.empty(0)
-    values = np.full(len(recording), np.nan)
-    where = np.searchsorted(recording.time, recording.pressure_time[known] - 1e-6)
-    inside = where < len(recording)
-    values[where[inside]] = recording.pressure[known][inside]
-    return values
 
 
 def detect(
@@ -159,5 +148,10 @@ def detect(
 
 def results(time: Array, parameters: StepParameters) -> tuple[Array, Array]:
     """Room for the results of samples at times (N,), and for the steps that may be counted in them."""
-    most = parameters.detection.fastest_hz / 0.5 * float(time[-1] - time[0]) if len(time) else 0.0
-    return np.empty((len(time), at.OUT)), np.empty((int(most) + 2 * at.MAX_NEW, at.EVENT_ROW))
+    return np.empty((len(time), at.OUT)), np.empty((most(time, parameters), at.EVENT_ROW))
+
+
+def most(time: Array, parameters: StepParameters) -> int:
+    """The most steps that may be counted at times (N,)."""
+    duration = float(time[-1] - time[0]) if len(time) else 0.0
+    return int(parameters.detection.fastest_hz / 0.5 * duration) + 2 * at.MAX_NEW

@@ -25,12 +25,11 @@ class DetectionParameters(Parameters):
         default=0.6,
         gt=0,
         le=2,
-        description="Vertical acceleration below this frequency is no gait, Hz. Higher: gestures disturb less, but a stride's own part is "
-        "lost.",
+        description="Acceleration below this frequency is no gait, Hz. Higher: gestures disturb less, but a stride's own part is lost.",
     )
     start_hz: float = Field(default=1.8, gt=0, le=5, description="Centre of the band pass as long as no pace is known, Hz.")
     slowest_hz: float = Field(
-        default=0.95,
+        default=0.85,
         gt=0.3,
         le=2,
         description="Slowest step frequency, Hz; a slower period is taken for a stride's. Lower: slow walks are seen, but a swinging arm's "
@@ -62,7 +61,7 @@ class DetectionParameters(Parameters):
         default=0.2,
         ge=0,
         lt=1,
-        description="A walk begins where the autocorrelation coefficient of the vertical acceleration at the step period is at least this, "
+        description="A walk begins where the autocorrelation coefficient of the acceleration at the step period is at least this, "
         "with a device that does not rotate. Smaller: irregular walks are seen sooner, gestures are taken for steps.",
     )
     periodic_rate: float = Field(
@@ -80,8 +79,7 @@ class DetectionParameters(Parameters):
     least_force: float = Field(
         default=0.2,
         gt=0,
-        description="Least height of a step's peak in the band-passed vertical acceleration, m/s². Smaller: softer steps count, and "
-        "handling too.",
+        description="Least height of a step's peak in the band-passed acceleration, m/s². Smaller: softer steps count, and handling too.",
     )
     first_steps: int = Field(
         default=4, ge=2, le=12, description="A walk begins with so many regular steps, which are then all counted. More: surer, later."
@@ -151,9 +149,7 @@ class ModeParameters(Parameters):
     )
     dwell_s: float = Field(default=0.8, ge=0, le=20, description="A mode changes when another has been found for so long, s.")
     run_hz: float = Field(default=2.3, gt=0, description="Running: least step frequency, Hz. Lower: a fast walk counts as a run.")
-    run_force: float = Field(
-        default=2.5, gt=0, description="Running: least rms vertical acceleration, m/s². Lower: a fast walk counts as a run."
-    )
+    run_force: float = Field(default=2.5, gt=0, description="Running: least rms acceleration, m/s². Lower: a fast walk counts as a run.")
     climb_speed: float = Field(default=0.15, gt=0, description="Stairs: least vertical speed by the pressure, m/s, either way.")
     climb_left: float = Field(default=0.1, ge=0, description="Stairs are left below this vertical speed, m/s.")
     climb_s: float = Field(default=0.7, gt=0, le=20, description="Smoothing of that speed, s. Longer: less noise of the barometer, later.")
