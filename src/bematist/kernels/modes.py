@@ -59,7 +59,7 @@ def _change(S, mode, following, now, t, dwell_s):
     """The mode at S[mode] becomes `now` once that has been found for so long; S[following:] holds what was found, and since when."""
     if now != S[following]:
         S[following], S[following + 1] = now, t
-    if t - S[following + 1] >= dwell_s:
+    if t - S[following + 1] > dwell_s - 0.5 * at.CELL_S:
         S[mode] = now
 
 
