@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import bematist as bm
+from bematist.methods import worn
 from bematist.report import still_path
 from bematist.simulate import simulate
 
@@ -98,7 +99,7 @@ def section(walk: Walk, measured: dict[tuple[str, str], str]) -> list[str]:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     tracks = []
-    for method in bm.METHODS:
+    for method in worn("shoe"):
         t, line = row(recording, method)
         tracks.append(t)
         lines.append(line)
@@ -119,11 +120,11 @@ def campus() -> tuple[list[str], dict[str, tuple[float, ...]]]:
 
     Plan rms, m; start to end, %; how many times faster than the walk itself.
     """
-    found: dict[str, list[list[float]]] = {m: [] for m in bm.METHODS}
+    found: dict[str, list[list[float]]] = {m: [] for m in worn("shoe")}
     for seed in range(SEEDS):
         print("campus", seed, flush=True)
         walk = simulate("campus", seed=seed)
-        tracks = [bm.track(walk, m) for m in bm.METHODS]
+        tracks = [bm.track(walk, m) for m in worn("shoe")]
         for t in tracks:
             e = bm.evaluate(t, walk.reference, align="origin").to_dict()
             nees = e["nees_position"]["mean"]
@@ -162,7 +163,7 @@ def readme(simulated: dict[str, tuple[float, ...]], measured: dict[tuple[str, st
         "| method | what it is | campus, simulated: rms, start to end | walk (GSU 32): rms | run (GSU 35): rms | times real time |",
         "|---|---|---|---|---|---|",
     ]
-    for m in bm.METHODS.values():
+    for m in worn("shoe").values():
         rms, closure, speed = simulated[m.name]
         walk, run = (measured.get((m.name, w.path), "–") for w in WALKS[:2])
         lines.append(f"| `{m.name}` | {m.summary} | {rms:.1f} m, {closure:.2f} % | {walk} m | {run} m | {speed:,.0f} |")

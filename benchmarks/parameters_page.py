@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from bematist.ahrs import FILTERS, AhrsParameters
 from bematist.foot import FootParameters
-from bematist.hand import HandParameters
+from bematist.hand import HandParameters, HandPdrParameters
 from bematist.methods import METHODS
 
 
@@ -77,9 +77,22 @@ def page() -> str:
         if isinstance(f.parameters, HandParameters):
             changed = _changed(HandParameters(), f.parameters)
             lines += [f"| `{f.name}` | `{name}` | {value} |" for name, value in changed] or [f"| `{f.name}` | nothing | |"]
-    lines += ["", "## What the methods change", "", "| method | parameter | value |", "|---|---|---|"]
+    lines += [
+        "",
+        "## Handheld path",
+        "",
+        (HandPdrParameters.__doc__ or "").strip(),
+        "The first groups are those of the attitude filter.",
+        "",
+    ]
+    shared = set(HandParameters.model_fields)
+    for group, model in _models(HandPdrParameters):
+        if group.split(".")[0] not in shared:
+            own = [line for line in table(model, group) if not any(line.startswith(f"| `{name}`") for name in shared)]
+            lines += [f"### {group.rstrip('.')}", "", *(model.__doc__ or "").strip().splitlines(), "", *own, ""] if group else [*own, ""]
+    lines += ["## What the methods change", "", "| method | parameter | value |", "|---|---|---|"]
     for method in METHODS.values():
-        changed = _changed(FootParameters(), method.parameters)
+        changed = _changed(type(method.parameters)(), method.parameters)
         lines += [f"| `{method.name}` | `{name}` | {value} |" for name, value in changed] or [f"| `{method.name}` | nothing | |"]
     return "\n".join(lines) + "\n"
 

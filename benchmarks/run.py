@@ -32,6 +32,7 @@ from bematist.io import write_recording  # noqa: E402
 from bematist.kernels import foot as filter_kernel  # noqa: E402
 from bematist.kernels import layout  # noqa: E402
 from bematist.kernels import stance as stance_kernel  # noqa: E402
+from bematist.methods import worn  # noqa: E402
 from bematist.simulate import simulate  # noqa: E402
 
 YARDSTICK = Path(os.environ.get("BEMATIST_YARDSTICK", ROOT.parent / "shared" / "yardstick" / "floor.cpp"))
@@ -176,7 +177,7 @@ def main() -> None:
     rows[:, 0] = np.arange(len(rows)) / 238
     n = len(rows)
     standing = stance.detect(rows, bm.METHODS["zupt"].parameters.stance, 238.0)[:, 2] > 0
-    calls: dict[str, Callable[[], float]] = {m: filter_call(rows, m) for m in bm.METHODS}
+    calls: dict[str, Callable[[], float]] = {m: filter_call(rows, m) for m in worn("shoe")}
     calls["detector"] = detector_call(rows)
     library = yardstick()
     if library is not None:
@@ -195,7 +196,7 @@ def main() -> None:
     table: list[tuple[str, str, str]] = []
     if library is not None:
         best = np.minimum(times["native rows"], times["native blocks"])
-        for method in bm.METHODS:
+        for method in worn("shoe"):
             ratio = float(np.median(np.array(times[method]) / (best + times["native detector"])))
             # What the native filter does not do (AHRS, more updates) has no aim.
             aim = "≤ 1.3" if method in NATIVE_METHODS else "–"

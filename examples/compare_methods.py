@@ -1,4 +1,4 @@
-"""Every method on one recording, side by side in a table, a page and a picture.
+"""Every method for a shoe on one recording, side by side in a table, a page and a picture.
 
 python compare_methods.py [RECORDING] [FOLDER]
 """
@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import bematist as bm
+from bematist.methods import worn
 from bematist.report import still_path, write_report
 from bematist.simulate import simulate
 
@@ -15,7 +16,7 @@ recording = bm.read(sys.argv[1]) if len(sys.argv) > 1 else simulate("short")
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else tempfile.mkdtemp(prefix="bematist-"))
 folder.mkdir(parents=True, exist_ok=True)
 
-trajectories = [bm.track(recording, name) for name in bm.METHODS]
+trajectories = [bm.track(recording, name) for name in worn("shoe")]
 for trajectory in trajectories:
     line = f"{trajectory.method:10} {trajectory.distance_m:8.2f} m"
     if recording.reference is not None:

@@ -1,6 +1,6 @@
 """A sensor held before a walking body, as one reads a phone: attitude, specific force and a magnetic field with disturbed regions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,16 @@ def walk(noise=ADIS16488, seed=0, duration_s=300.0, rest_s=10.0, disturbed=True,
         magnetic_flux_density=m + noise.magnetic * rng.standard_normal(m.shape),
         reference=Reference(time=t, position=np.zeros((n, 3)), attitude=q),
     ), field
+
+
+def held(n, seed=5):
+    """n samples at 200 Hz of a phone with a barometer that is carried along, up a slope."""
+    noise = replace(PHONE, rate_hz=200.0)
+    recording = walk(noise, seed, n / 200, rest_s=5.0)[0]
+    t = np.arange(0.013, recording.time[-1], 0.04)
+    up = 0.1 * np.maximum(t - 6, 0)
+    pressure = 101325 * (1 - 0.0065 * up / 288.15) ** 5.2559 + np.random.default_rng(seed).normal(0, 1.2, len(t))
+    return recording.replace(pressure_time=t, pressure=pressure)
 
 
 def rotation_error(attitude, truth):

@@ -1,5 +1,6 @@
 """The contract of every method, and the filter on walks whose truth is known."""
 
+import dataclasses
 import tomllib
 
 import numpy as np
@@ -9,26 +10,35 @@ import tomli_w
 
 import bematist as bm
 from bematist.foot import FootIns, FootParameters
+from bematist.hand import HandPdrParameters
 from bematist.methods import METHODS
 from bematist.parameters import Parameters
+from handheld import held
 from walks import shaken
 
 RECORDING = shaken(4000)
 
 
-def damaged():
+def damaged(recording):
     """Missing values that begin at borders of chunks, long and short, and a gap."""
-    f, w = RECORDING.specific_force.copy(), RECORDING.angular_rate.copy()
+    f, w = recording.specific_force.copy(), recording.angular_rate.copy()
     f[[0, 7, 250, 2100, 2101, 3999]] = np.nan
     w[2499:2502] = w[2748:2850] = f[2750:2752] = np.nan
     keep = np.ones(4000, bool)
     keep[3000:3050] = False
-    return RECORDING.replace(time=RECORDING.time[keep], specific_force=f[keep], angular_rate=w[keep])
+    return recording.replace(time=recording.time[keep], specific_force=f[keep], angular_rate=w[keep], reference=None)
 
 
-DAMAGED = damaged()
+DAMAGED = damaged(RECORDING)
+HELD = held(4000)
 
-VARIANTS = {name: m.parameters for name, m in METHODS.items()} | {
+
+def worn(name):
+    """A recording of the kind that a method is for."""
+    return RECORDING if METHODS[name].worn == "shoe" else HELD
+
+
+VARIANTS = {name: m.parameters for name, m in METHODS.items() if m.worn == "shoe"} | {
     "nine states, heading": FootParameters().override({"states": 9, "magnetic": {"use": "heading"}}),
     "relative, reset": FootParameters().override({"stance": {"rule": "relative"}, "magnetic": {"use": "reset"}}),
     "all constraints, adaptive": FootParameters().override(
@@ -70,6 +80,8 @@ def parts(trajectory):
     yield trajectory.attitude
     yield trajectory.packed_covariance
     yield trajectory.stance
+    if trajectory.steps is not None:
+        yield from (getattr(trajectory.steps, f.name) for f in dataclasses.fields(trajectory.steps))
     for name, values in sorted(trajectory.diagnostics.items()):
         if name != "magnetic_reference":
             yield values
@@ -98,22 +110,22 @@ def test_a_part_of_the_samples_is_that_part_of_all(size):
 @pytest.mark.parametrize("name", METHODS)
 class TestEveryMethod:
     def test_chunks_by_track(self, name):
-        assert_same_bits(bm.track(RECORDING, name), [bm.track(RECORDING, name, chunk=13)])
+        assert_same_bits(bm.track(worn(name), name), [bm.track(worn(name), name, chunk=13)])
 
     def test_saved_and_restored_in_the_middle(self, name):
-        whole = bm.track(DAMAGED, name)
+        whole = bm.track(damaged(worn(name)), name)
         for cut in (100, 2500, 2751):  # while the start is gathered, and after, among missing values
-            rows = DAMAGED.samples()
-            ins = FootIns(METHODS[name].parameters, method=name)
+            rows = damaged(worn(name)).samples(pressure=METHODS[name].worn == "hand")
+            ins = METHODS[name].make(METHODS[name].parameters, method=name)
             first = ins.update(rows[:cut])
-            other = FootIns.restore(ins.save())
+            other = METHODS[name].make.restore(ins.save())
             ins.update(rows[cut : cut + 50])  # what the first does afterwards must not matter
             assert_same_bits(whole, [first, other.update(rows[cut:]), other.finish()])
 
     def test_single_steps(self, name):
-        whole = bm.track(RECORDING, name)
-        ins = FootIns(METHODS[name].parameters)
-        rows = RECORDING.samples()
+        whole = bm.track(worn(name), name)
+        ins = METHODS[name].make(METHODS[name].parameters)
+        rows = worn(name).samples(pressure=METHODS[name].worn == "hand")
         with pytest.raises(bm.UsageError, match="until `ready`"):
             ins.step(rows[:1])
         head = ins.update(rows[:2100])
@@ -125,16 +137,17 @@ class TestEveryMethod:
     def test_configuration_goes_round(self, name):
         p = METHODS[name].parameters
         text = tomli_w.dumps(p.model_dump(exclude_none=True))
-        assert FootParameters.model_validate(tomllib.loads(text)) == p
+        assert type(p).model_validate(tomllib.loads(text)) == p
 
     def test_gaps_nans_and_silence(self, name):
         rng = np.random.default_rng(0)
-        f, w = RECORDING.specific_force.copy(), RECORDING.angular_rate.copy()
+        recording = worn(name)
+        f, w = recording.specific_force.copy(), recording.angular_rate.copy()
         f[rng.integers(0, 4000, 40)] = np.nan
         w[1500:1600] = np.nan
         keep = np.ones(4000, bool)
         keep[2600:2700] = False
-        cut = RECORDING.replace(time=RECORDING.time[keep], specific_force=f[keep], angular_rate=w[keep])
+        cut = recording.replace(time=recording.time[keep], specific_force=f[keep], angular_rate=w[keep], reference=None)
         t = bm.track(cut, name)
         assert len(t) == keep.sum()
         assert np.isfinite(t.position).all() and np.isfinite(t.packed_covariance).all()
@@ -142,9 +155,9 @@ class TestEveryMethod:
         assert "bridged" in text and "held" in text and "skipped" in text
 
     def test_rows_that_were_skipped_belong_to_the_gap(self, name):
-        w = RECORDING.angular_rate.copy()
+        w = worn(name).angular_rate.copy()
         w[1500:1700] = np.nan
-        t = bm.track(RECORDING.replace(angular_rate=w), name)
+        t = bm.track(worn(name).replace(angular_rate=w), name)
         skipped = int((t.diagnostics["bridged"] == 2).sum())
         assert 150 < skipped <= 200
         told = next(warning for warning in t.warnings if warning.startswith("1 gap(s) of "))
@@ -156,15 +169,21 @@ class TestEveryMethod:
             bm.track(bm.Recording(time=[], specific_force=empty, angular_rate=empty), name)
 
     def test_without_magnetometer(self, name):
-        t = bm.track(shaken(3000, magnetometer=False), name)
+        blind = worn(name).replace(magnetic_time=[], magnetic_flux_density=np.empty((0, 3)))
+        t = bm.track(blind, name)
         assert np.isfinite(t.position).all()
         p = METHODS[name].parameters
-        assert any("magnetometer" in w for w in t.warnings) == (p.magnetic.use == "reset" or p.attitude.magnetometer != "off")
+        if METHODS[name].worn == "shoe":
+            listens = p.magnetic.use == "reset" or p.attitude.magnetometer != "off"
+        else:
+            listens = p.attitude.correction == "kalman"
+        assert any("magnetometer" in w for w in t.warnings) == listens
 
     def test_summary_and_table(self, name):
-        t = bm.track(RECORDING, name)
+        t = bm.track(worn(name), name)
         s = t.summary()
-        assert s["method"] == name and s["samples"] == len(RECORDING) and s["version"] == bm.__version__
+        assert s["method"] == name and s["samples"] == len(worn(name)) and s["version"] == bm.__version__
+        assert ("steps" in s) == (METHODS[name].worn == "hand") == ("stance_fraction" not in s)
         table = t.to_polars()
         assert table.columns[:2] == ["time", "east"] and table["stance"].dtype == pl.UInt8
 
@@ -177,7 +196,7 @@ def models(model):
 
 
 def test_every_parameter_is_described():
-    for model in models(FootParameters):
+    for model in (*models(FootParameters), *models(HandPdrParameters)):
         assert model.__doc__
         for name, f in model.model_fields.items():
             nested = isinstance(f.annotation, type) and issubclass(f.annotation, Parameters)

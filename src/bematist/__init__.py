@@ -37,10 +37,11 @@ if TYPE_CHECKING:
     from bematist.evaluate import evaluate, evaluate_attitude
     from bematist.floorplan import FloorPlan
     from bematist.foot import FootIns, FootParameters
+    from bematist.hand import HandPdr, HandPdrParameters
     from bematist.io import read, read_floor_plan, read_reference
     from bematist.methods import METHODS, track
     from bematist.recording import Recording, Reference
-    from bematist.trajectory import Trajectory
+    from bematist.trajectory import Steps, Trajectory
 
 _HOME = {
     "FILTERS": "ahrs",
@@ -57,6 +58,8 @@ _HOME = {
     "FloorPlan": "floorplan",
     "FootIns": "foot",
     "FootParameters": "foot",
+    "HandPdr": "hand",
+    "HandPdrParameters": "hand",
     "read": "io",
     "read_floor_plan": "io",
     "read_reference": "io",
@@ -64,6 +67,7 @@ _HOME = {
     "track": "methods",
     "Recording": "recording",
     "Reference": "recording",
+    "Steps": "trajectory",
     "Trajectory": "trajectory",
 }
 
@@ -78,8 +82,11 @@ __all__ = [
     "FloorPlan",
     "FootIns",
     "FootParameters",
+    "HandPdr",
+    "HandPdrParameters",
     "Recording",
     "Reference",
+    "Steps",
     "Trajectory",
     "UsageError",
     "allan",

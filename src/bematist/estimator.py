@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -117,6 +118,17 @@ class Estimator(ABC, Generic[Model, Result]):
     def ready(self) -> bool:
         """Whether the start is aligned, so that there are answers."""
         return self._state is not None
+
+    @property
+    def latency_s(self) -> float:
+        """Delay of an answer after the start, s (NaN before the sampling rate is known)."""
+        return self._waiting() / self.alignment.rate_hz if self.alignment is not None else math.nan
+
+    def _begun(self) -> tuple[NDArray[Any], ...]:
+        """The state, for `step`. UsageError before the start is aligned."""
+        if self._state is None:
+            raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
+        return self._state
 
     def update(self, rows: Array) -> Result:
         """Take in sample rows (n,10); returns the result for the samples that are now decided (it may be empty).

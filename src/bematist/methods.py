@@ -10,19 +10,26 @@ from typing import Any
 from bematist.config import look_up, with_rule
 from bematist.errors import UsageError
 from bematist.foot import FootIns, FootParameters
+from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandParameters, HandPdr, HandPdrParameters, pdr_parameters
 from bematist.recording import Recording
 from bematist.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method: what it is called, where it comes from, what it is good for, and its parameters."""
+    """A method: what it is called, where it comes from, what it is good for, its parameters, and the estimator that takes them."""
 
     name: str
     summary: str
     paper: str
     equations: str
-    parameters: FootParameters
+    parameters: FootParameters | HandPdrParameters
+    make: type[FootIns | HandPdr] = FootIns
+
+    @property
+    def worn(self) -> str:
+        """Where the sensor is: shoe or hand."""
+        return "shoe" if self.make is FootIns else "hand"
 
 
 def _foot(**changes: Any) -> FootParameters:
@@ -48,6 +55,12 @@ def _fifteen(**changes: Any) -> FootParameters:
     """
     offsets = {"noise": {"gyro_bias_walk": 1e-6, "accel_bias_walk": 1e-5}, "initial": {"accel_bias_sd": 0.02}}
     return _li_wang(states=15).override(offsets).override(changes)
+
+
+def _hand(name: str, summary: str, paper: str, equations: str, attitude: HandParameters, **direction: float) -> Method:
+    """A method for the hand: the path's parameters with those of an attitude filter."""
+    parameters = pdr_parameters(attitude).override({"direction": direction})
+    return Method(name, summary, paper, equations, parameters, HandPdr)
 
 
 _ZH = {"zaru": {"use": "rest"}, "hdr": {"use": "stance"}}
@@ -164,8 +177,43 @@ METHODS: dict[str, Method] = {
             "1-15, 24-28, 35, 36, section 4.2, corrected",
             _fifteen(attitude={"propagation": "madgwick"}, **_ZH).override({"stance": {"threshold": None, "rule": "adaptive"}}),
         ),
+        _hand(
+            "hand",
+            "The default for a hand: steps, their length by their frequency, and headings of the filter hand: gravity also in motion, and "
+            "the magnetic field where it looks like the Earth's.",
+            "bematist",
+            "MAGYQ 17-36, 47; gravity and heading in motion",
+            HAND,
+        ),
+        _hand(
+            "gyint",
+            "The same steps with MAGYQ's baseline for the heading: the gyroscope alone, less its offset in the rest at the start.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-19, 47, section 8.2.1",
+            GYINT,
+            heading_time_s=math.inf,
+        ),
+        _hand(
+            "quest",
+            "The same with its other baseline: attitude replaced wherever gravity or the Earth's field is detected by its norm.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-19, 33-34, 47, section 8.2.1",
+            QUEST,
+        ),
+        _hand(
+            "magyq",
+            "The same with MAGYQ's filter: any static field, the Earth's or not, holds the heading. For fields that are really constant.",
+            "Renaudin & Combettes 2014 (MAGYQ)",
+            "17-47, corrected",
+            MAGYQ,
+        ),
     )
 }
+
+
+def worn(place: str) -> dict[str, Method]:
+    """The methods for a sensor that is worn there: shoe or hand."""
+    return {name: m for name, m in METHODS.items() if m.worn == place}
 
 
 def find_method(name: str) -> Method:
@@ -184,8 +232,9 @@ def track(
 ) -> Trajectory:
     """The path of a recording by a named method.
 
-    config and overrides change parameters of the method, nested: `track(r, "zupt", stance={"threshold": 200})`; a threshold makes the
-    stance rule absolute unless a rule is given with it. chunk feeds that many
+    config and overrides change parameters of the method, nested: `track(r, "zupt", stance={"threshold": 200})`,
+    `track(r, "hand", step_length={"height": 1.7})`; a threshold makes the stance rule
+    absolute unless a rule is given with it. chunk feeds that many
     samples at a time (the result is the same to the bit). progress is called with samples done and of all.
 
     Raises
@@ -199,4 +248,4 @@ def track(
         raise UsageError(f"track takes a Recording, not {type(recording).__name__}: read the file first, track(read(path)).")
     m = find_method(method)
     parameters = m.parameters.override(with_rule(config or {})).override(with_rule(overrides))
-    return FootIns(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)
+    return m.make(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)  # pyright: ignore[reportArgumentType]

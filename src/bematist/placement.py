@@ -51,6 +51,7 @@ def turned(trajectory: Trajectory, heading_deg: float) -> Trajectory:
     c, s = np.cos(yaw), np.sin(yaw)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     upper = np.triu_indices(3)
+    steps = trajectory.steps
     packed = trajectory.packed_covariance
     blocks = [(R @ packed[:, PACKED + 6 * k] @ R.T)[:, *upper] for k in range(3)]
     return replace(
@@ -58,6 +59,7 @@ def turned(trajectory: Trajectory, heading_deg: float) -> Trajectory:
         position=trajectory.position @ R.T,
         velocity=trajectory.velocity @ R.T,
         attitude=multiply(quaternion_from_euler(0.0, 0.0, yaw), trajectory.attitude),
+        steps=None if steps is None else replace(steps, direction=np.mod(steps.direction + yaw + np.pi, 2 * np.pi) - np.pi),
         packed_covariance=np.concatenate(blocks, axis=1),
     )
 

@@ -27,6 +27,55 @@ PACKED = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Steps:
+    """The steps of a walker, one row each.
+
+    Attributes
+    ----------
+    time : (K,) s, the step's own instant.
+    counted : (K,) s, the sample at which it was counted; several at once where a walk has just been recognised.
+    length, length_sd : (K,) m.
+    frequency : (K,) Hz.
+    direction, direction_sd : (K,) rad, where it led, counter-clockwise from East.
+    motion, carrying : (K,) uint8, index into `bematist.steps.MOTIONS` and `CARRYING`.
+    """
+
+    time: Array
+    counted: Array
+    length: Array
+    length_sd: Array
+    frequency: Array
+    direction: Array
+    direction_sd: Array
+    motion: NDArray[np.uint8]
+    carrying: NDArray[np.uint8]
+
+    def __repr__(self) -> str:
+        return f"Steps({len(self)}, {self.length.sum():.1f} m)"
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def heading_deg(self) -> Array:
+        """Where each step led (K,), degrees clockwise from North."""
+        from bematist.frames import heading_deg_from_yaw
+
+        return heading_deg_from_yaw(self.direction)
+
+    def to_polars(self) -> pl.DataFrame:
+        """The columns of `steps.csv` as a table."""
+        import polars as pl
+
+        from bematist.steps import CARRYING, MOTIONS
+
+        numbers = {name: getattr(self, name) for name in ("time", "counted", "length", "length_sd", "frequency")}
+        angles = {"heading_deg": self.heading_deg, "heading_sd_deg": np.degrees(self.direction_sd)}
+        words = {"motion": [MOTIONS[k] for k in self.motion], "carrying": [CARRYING[k] for k in self.carrying]}
+        return pl.DataFrame({**numbers, **angles, **words}, schema_overrides=dict.fromkeys(words, pl.String))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Trajectory:
     """A path with its uncertainty, one row per inertial sample, in ENU.
 
@@ -36,9 +85,10 @@ class Trajectory:
     position : (N,3) m, from where the recording began, unless it was `placed` elsewhere.
     velocity : (N,3) m/s.
     attitude : (N,4) wxyz, body → navigation.
-    stance : (N,) uint8, 1 where the foot was taken to stand.
+    stance : (N,) uint8, 1 where the foot was taken to stand; of a hand, where a step was counted.
     packed_covariance : (N,18) upper triangles (xx xy xz yy yz zz) of the position (m²), velocity (m²/s²) and attitude (rad²,
         rotation vector in the navigation frame) covariances.
+    steps : the steps of a hand's path, or None.
     diagnostics : arrays of N rows (or their own length, see the method's documentation) that explain the decisions.
     method, parameters : what was run; `parameters` is the full set that was used.
     warnings : what is suspicious about data or result.
@@ -51,6 +101,7 @@ class Trajectory:
     attitude: Array
     stance: NDArray[np.uint8]
     packed_covariance: Array
+    steps: Steps | None = None
     diagnostics: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     method: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -66,10 +117,10 @@ class Trajectory:
         return len(self.time)
 
     def rows(self, start: int, stop: int) -> Trajectory:
-        """The rows from start to before stop, as views, without diagnostics."""
+        """The rows from start to before stop, as views, without diagnostics and list of steps."""
         names = ("time", "position", "velocity", "attitude", "stance", "packed_covariance")
         part: dict[str, Any] = {name: getattr(self, name)[start:stop] for name in names}
-        return replace(self, diagnostics={}, **part)
+        return replace(self, diagnostics={}, steps=None, **part)
 
     @property
     def covariance(self) -> Array:
@@ -100,7 +151,9 @@ class Trajectory:
 
     @property
     def distance_m(self) -> float:
-        """Length of the path in three dimensions, from stance to stance (see `stance_intervals`)."""
+        """Sum of the step lengths, or of a shoe the length of the path in three dimensions, from stance to stance (`stance_intervals`)."""
+        if self.steps is not None:
+            return float(self.steps.length.sum())
         return float(np.linalg.norm(np.diff(self.waypoints(), axis=0), axis=1).sum()) if len(self) else 0.0
 
     def stance_intervals(self) -> NDArray[np.int64]:
@@ -129,7 +182,7 @@ class Trajectory:
             "closure_percent": 100 * closure / distance if distance > 0 else None,
             "start_m": [float(v) for v in self.position[0]],
             "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
-            "stance_fraction": float(self.stance.mean()),
+            **({"stance_fraction": float(self.stance.mean())} if self.steps is None else {"steps": len(self.steps)}),
             "position_sd_m": [float(s) for s in self.position_sd[-1]],
             "processing_s": self.processing_s,
             "warnings": list(self.warnings),

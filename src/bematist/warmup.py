@@ -12,6 +12,7 @@ from bematist import clockfit
 from bematist.ahrs import attitude
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
 from bematist.foot import FootIns
+from bematist.hand import HandPdr
 from bematist.io.trajectory_files import write_csv
 from bematist.recording import Recording
 from bematist.stance import analyse
@@ -36,9 +37,9 @@ def foot() -> None:
 
 
 def attitudes() -> None:
-    """The attitude filters."""
+    """The attitude filters, and the path of a hand, which begins with one."""
     attitude(still())
-    attitude(still(), "hand")
+    HandPdr().run(still())
 
 
 def noise() -> None:

@@ -27,7 +27,15 @@ if TYPE_CHECKING:
 @app.command()
 def compare(
     recording: options.RecordingPath,
-    methods: Annotated[str, typer.Option("--methods", "-m", help="Methods with commas between, or all.", metavar="A,B,C")] = "all",
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            "--methods",
+            "-m",
+            help="Methods with commas between, or all.  [default: those for a shoe, of a phone those for a hand]",
+            metavar="A,B,C",
+        ),
+    ] = None,
     output_folder: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Folder of the results; without it, RECORDING-compare.", metavar="DIR"),
@@ -54,17 +62,20 @@ def compare(
     Writes comparison.csv, comparison.json, one report.html with the paths over each other, and each method's results in a
     folder of its name.
     """
+    from bematist.methods import worn
+
     lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation)
     kind = lies.alignment(align)
     reading = Reading.given(format, columns, axes, units, clock)
     changes = changes_from({}, sets, placing.heading_deg(heading))
-    jobs = [Job(name, changes).check() for name in method_names(methods)]
+    named = [Job(name, changes).check() for name in method_names(methods)] if methods is not None else None
     folder = options.folder_for(recording, output_folder, "-compare")
     options.keep([recording, reference, plan], [folder / name for name in ("comparison.csv", "comparison.json", "report.html")])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)
         truth = options.read_truth(reference, data)
+        jobs = named if named is not None else [Job(name, changes).check() for name in worn("hand" if data.phone else "shoe")]
         trajectories = [job.run(data, quiet=quiet) for job in jobs]
         settled = [lies.settled(t, truth) for t in trajectories]
         trajectories = [s.place(t) for s, t in zip(settled, trajectories, strict=True)]
@@ -139,6 +150,7 @@ def comparison_table(rows: list[dict[str, Any]]) -> Any:
         ("start to end m", "closure_m", "{:.2f}"),
         ("height m", "height_change_m", "{:+.2f}"),
         ("stance %", "stance_fraction", "{:.0%}"),
+        ("steps", "steps", "{:d}"),
         ("rms plan m", "ate_rmse_2d_m", "{:.3f}"),
         ("rms height m", "ate_rmse_height_m", "{:.3f}"),
         ("end point m", "end_point_m", "{:.3f}"),

@@ -21,7 +21,7 @@ def methods(json: options.Json = False) -> None:
     """List the methods: where they come from, what they are good for."""
     from bematist.methods import METHODS
 
-    keys = ("name", "summary", "paper", "equations")
+    keys = ("name", "worn", "summary", "paper", "equations")
     found = [{key: getattr(method, key) for key in keys} for method in METHODS.values()]
     if json:
         sys.stdout.write(to_json(found))

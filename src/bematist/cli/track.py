@@ -105,12 +105,23 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
         ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
         ("height change", f"{summary['height_change_m']:+.2f} m"),
         ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),
-        ("stance", f"{100 * summary['stance_fraction']:.0f} % of the time, {len(trajectory.stance_intervals())} phases"),
+        feet(summary, trajectory),
         ("processing", seconds(summary["processing_s"])),
     ]
     if evaluation is not None:
         rows.append(("against truth", error_text(evaluation)))
     return rows
+
+
+def feet(summary: Mapping[str, Any], trajectory: Trajectory) -> tuple[str, str]:
+    """The stances of a shoe or the steps of a hand's path, for a person."""
+    steps = trajectory.steps
+    if steps is None:
+        return "stance", f"{100 * summary['stance_fraction']:.0f} % of the time, {len(trajectory.stance_intervals())} phases"
+    if not len(steps):
+        return "steps", "none"
+    height = trajectory.parameters["step_length"]["height"]
+    return "steps", f"{len(steps)} of {steps.length.mean():.2f} m on average, for a height of {height:g} m (step_length.height)"
 
 
 def error_text(evaluation: Evaluation) -> str:

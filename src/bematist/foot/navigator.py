@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 
 from bematist import stance
 from bematist.align import initial_alignment
-from bematist.errors import UsageError
 from bematist.estimator import Estimator
 from bematist.foot.parameters import FootParameters
 from bematist.foot.result import PHONE, judge, trajectory
@@ -40,20 +38,13 @@ class FootIns(Estimator[FootParameters, Trajectory]):
         self._scratch = np.empty(0)
         self._row, self._row_diagnostics = self._results(1)
 
-    @property
-    def latency_s(self) -> float:
-        """Delay of an answer after the start, s (NaN before the sampling rate is known)."""
-        return self._waiting() / self.alignment.rate_hz if self.alignment is not None else math.nan
-
     def step(self, row: Array) -> Array | None:
         """`update` for one row (1,10), C-contiguous float64: one result row (29,) valid until the next call, or None.
 
         The result holds time, position (3), velocity (3), attitude (4) and the packed covariances of `Trajectory`. For speed nothing is
         checked: the time must increase. UsageError before the start is aligned: until `ready`, give the samples to `update`.
         """
-        if self._state is None:
-            raise UsageError("step() was called before the start was aligned: give the first seconds to update(), until `ready`.")
-        index, memory, S, prm = self._state
+        index, memory, S, prm = self._begun()
         self._intake.last_time = row[0, 0]
         columns = row.T if row.flags.c_contiguous else np.ascontiguousarray(row.T)
         n = filter_kernel.run(index, memory, S, prm, columns, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)

@@ -1,6 +1,20 @@
-"""Attitude of a handheld sensor."""
+"""Attitude and path of a handheld sensor."""
 
 from bematist.hand.estimator import HandAttitude
 from bematist.hand.parameters import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandParameters, hand_parameters
+from bematist.hand.path_parameters import HandPdrParameters, pdr_parameters
+from bematist.hand.pdr import HandPdr
 
-__all__ = ["GYINT", "HAND", "MAGYQ", "MAGYQ_ESTIMATED", "QUEST", "HandAttitude", "HandParameters", "hand_parameters"]
+__all__ = [
+    "GYINT",
+    "HAND",
+    "MAGYQ",
+    "MAGYQ_ESTIMATED",
+    "QUEST",
+    "HandAttitude",
+    "HandParameters",
+    "HandPdr",
+    "HandPdrParameters",
+    "hand_parameters",
+    "pdr_parameters",
+]

@@ -12,7 +12,7 @@ from bematist.attitudes import Attitude
 from bematist.estimator import Estimator
 from bematist.hand.parameters import HandParameters
 from bematist.hand.result import attitude, judge
-from bematist.hand.setup import detectors, kernel_parameters, workspace
+from bematist.hand.setup import initial_state
 from bematist.hand.start import start
 from bematist.kernels import hand as filter_kernel
 from bematist.kernels import hand_layout as kernel
@@ -39,13 +39,9 @@ class HandAttitude(Estimator[HandParameters, Attitude]):
 
     def _start(self, head: Array) -> None:
         p = self.parameters
-        rate = stance.sampling_rate(head[:, 0], p.initial.longest_s)
-        known = np.isfinite(head[:, 7:10]).all(1)
-        magnetic_rate = stance.sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else rate
-        self.alignment = a = start(head, p, rate)
-        prm, warnings = kernel_parameters(p, a, rate)
+        self.alignment = a = start(head, p, stance.sampling_rate(head[:, 0], p.initial.longest_s))
+        self._state, warnings = initial_state(p, a, head)
         self.warnings.extend([*a.warnings, *warnings])
-        self._state = (*detectors(p, rate, magnetic_rate), workspace(p, a, 1 / rate), prm)
 
     def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
         nav, diagnostics = results

@@ -158,7 +158,7 @@ class AttitudeParameters(Parameters):
 
 
 class HandParameters(Parameters):
-    """Everything that the handheld estimator can be told."""
+    """Everything that the handheld attitude filter can be told."""
 
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
     initial: InitialParameters = InitialParameters(sway=math.radians(1.0), shortest_s=3.0)

@@ -15,11 +15,11 @@ from bematist.kernels import hand_layout as kernel
 Array = NDArray[np.float64]
 
 
-def judge(nav: Array, diagnostics: NDArray[np.float32], p: HandParameters, has_magnetometer: bool) -> list[str]:
-    """Warnings about the result."""
-    found = bridging_warnings(nav[:, 0], diagnostics[:, kernel.BRIDGED], "heading")
+def judge(nav: Array, d: NDArray[np.float32], p: HandParameters, has_magnetometer: bool, doubtful: str = "heading") -> list[str]:
+    """Warnings about the result; `doubtful` is what a gap puts in doubt."""
+    found = bridging_warnings(nav[:, 0], d[:, kernel.BRIDGED], doubtful)
     if p.attitude.correction == "kalman" and p.attitude.magnetic.use:
-        verdict = diagnostics[:, kernel.FIELD_M + kernel.VERDICT]
+        verdict = d[:, kernel.FIELD_M + kernel.VERDICT]
         faults = int((verdict == kernel.FAULT).sum())
         used = int(np.isin(verdict, (kernel.LOCAL_USED, kernel.EARTH_USED)).sum())
         if not has_magnetometer:
@@ -32,8 +32,8 @@ def judge(nav: Array, diagnostics: NDArray[np.float32], p: HandParameters, has_m
     return found
 
 
-def attitude(nav: Array, d: NDArray[np.float32], p: HandParameters, **fields: Any) -> Attitude:
-    """Results (N,11) and diagnostics (N,32) of the kernels (`kernels.hand_layout`) by their names."""
+def diagnostics(d: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
+    """Diagnostics (N,32) of the kernels (`kernels.hand_layout`) by their names."""
     named: dict[str, NDArray[Any]] = {
         "gyro_bias_sd": d[:, kernel.GYRO_BIAS_SD : kernel.GYRO_BIAS_SD + 3],
         "accel_bias": d[:, kernel.ACCEL_BIAS : kernel.ACCEL_BIAS + 3],
@@ -49,12 +49,17 @@ def attitude(nav: Array, d: NDArray[np.float32], p: HandParameters, **fields: An
             f"{word}_gradient_nis": d[:, o + kernel.GRADIENT_NIS],
             f"{word}_verdict": d[:, o + kernel.VERDICT].astype(np.uint8),
         }
+    return named
+
+
+def attitude(nav: Array, d: NDArray[np.float32], p: HandParameters, **fields: Any) -> Attitude:
+    """Results (N,11) and diagnostics (N,32) of the kernels (`kernels.hand_layout`) by their names."""
     return Attitude(
         time=nav[:, 0],
         attitude=nav[:, 1:5],
         gyro_bias=d[:, kernel.GYRO_BIAS : kernel.GYRO_BIAS + 3].astype(float),
         packed_covariance=None if p.attitude.correction == "replace" else nav[:, 5:11],
-        diagnostics=named,
+        diagnostics=diagnostics(d),
         parameters=p.model_dump(),
         **fields,
     )

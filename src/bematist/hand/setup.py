@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from bematist.frames import matrix_from_quaternion
 from bematist.hand.parameters import HandParameters, MagneticFieldParameters, QuasiStaticParameters, SpecificForceParameters
 from bematist.kernels import hand_layout as at
 from bematist.kernels import stance
+from bematist.stance import sampling_rate
 
 Array = NDArray[np.float64]
 
@@ -112,3 +114,11 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     prm[at.DIP_TOLERANCE] = math.inf if dip is None else dip
     prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * prm[at.EARTH_NORM]
     return []
+
+
+def initial_state(p: HandParameters, a: Alignment, head: Array) -> tuple[tuple[NDArray[Any], ...], list[str]]:
+    """Detectors (index and memory), workspace and parameters of the kernels after an alignment on rows (K,10), and warnings."""
+    known = np.isfinite(head[:, 7:10]).all(1)
+    magnetic_rate = sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else a.rate_hz
+    prm, warnings = kernel_parameters(p, a, a.rate_hz)
+    return (*detectors(p, a.rate_hz, magnetic_rate), workspace(p, a, 1 / a.rate_hz), prm), warnings

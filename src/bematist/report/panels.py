@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bematist.recording import Reference
 from bematist.report.constraints import hdr, maru, pace, zaru
 from bematist.report.explanations import bias, field_norm, inclination, innovation, nis, statistic
+from bematist.report.gait import frequency, length, modes
 from bematist.report.subject import AXES, Panel, Subject
 from bematist.report.traces import Trace, band, line
 
@@ -18,7 +19,8 @@ Array = NDArray[np.float64]
 
 def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list[Panel]:
     """All panels that have something to show. `reference` is in the frame of the first trajectory."""
-    builders = (speed, tilt, heading, uncertainty, statistic, pace, innovation, nis, zaru, hdr, field_norm, inclination, maru)
+    gait = (frequency, length, modes)
+    builders = (*gait, speed, tilt, heading, uncertainty, statistic, pace, innovation, nis, zaru, hdr, field_norm, inclination, maru)
     found = [height(drawn, reference), *(build(drawn) for build in builders)]
     found += [bias(drawn, quantity) for quantity in ("gyro_bias", "accel_bias")]
     return [panel for panel in found if panel.traces]
@@ -60,7 +62,9 @@ def speed(drawn: Sequence[Subject]) -> Panel:
         v = np.linalg.norm(s.trajectory.velocity, axis=1)
         if np.isfinite(v).any():
             traces.append(line(s.trajectory.time, v, s.budget.fast, s.color, s.name, hovertemplate="%{y:.3f} m/s"))
-    return Panel("speed", "Speed", "speed (m/s)", traces, "Of the sensor itself: a foot swings faster than its wearer walks.")
+    shoe = any(s.trajectory.steps is None for s in drawn)
+    note = "Of the sensor itself: a foot swings faster than its wearer walks." if shoe else "Mean of each step; zero where nobody walks."
+    return Panel("speed", "Speed", "speed (m/s)", traces, note)
 
 
 def tilt(drawn: Sequence[Subject]) -> Panel:
@@ -68,7 +72,9 @@ def tilt(drawn: Sequence[Subject]) -> Panel:
     traces: list[Trace] = []
     for s in drawn:
         for column, name in enumerate(("roll", "pitch")):
-            angle = continuous(s.euler_deg[:, column], s.trajectory.stance_intervals())
+            angle = s.euler_deg[:, column]
+            if s.trajectory.steps is None:
+                angle = continuous(angle, s.trajectory.stance_intervals())
             how = s.per_axis(name, *AXES[column][1:])
             if np.isfinite(angle).any():
                 traces.append(line(s.trajectory.time, angle, s.budget.fast, hovertemplate="%{y:.1f}°", **how))
@@ -79,11 +85,16 @@ def heading(drawn: Sequence[Subject]) -> Panel:
     """Heading, continued through 360°."""
     traces: list[Trace] = []
     for s in drawn:
-        angle = np.mod(90.0 - s.euler_deg[:, 2], 360.0)
-        angle = continuous(angle, s.trajectory.stance_intervals())
+        steps = s.trajectory.steps
+        if steps is None:
+            t = s.trajectory.time
+            angle = continuous(np.mod(90.0 - s.euler_deg[:, 2], 360.0), s.trajectory.stance_intervals())
+        else:
+            t, angle = steps.time, np.unwrap(steps.heading_deg, period=360.0)
         if np.isfinite(angle).any():
-            traces.append(line(s.trajectory.time, angle, s.budget.fast, s.color, s.name, hovertemplate="%{y:.1f}°"))
-    note = "Of the sensor's x axis, clockwise from north, continued through 360°."
+            traces.append(line(t, angle, s.budget.fast, s.color, s.name, hovertemplate="%{y:.1f}°"))
+    of = {s.footing: "the sensor's x axis" if s.footing == "stance" else "each step" for s in drawn}
+    note = f"Of {' or '.join(of.values())}, clockwise from north, continued through 360°."
     return Panel("heading", "Heading", "heading (°)", traces, note)
 
 

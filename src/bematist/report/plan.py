@@ -108,12 +108,12 @@ def _stances(s: Subject, p: Array) -> list[Trace]:
         "customdata": encode(s.trajectory.time[middle]),
         "connectgaps": False,
     }
-    hover = "stance, %{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m"
-    ring = {**common, "name": "stance", "line": {"color": s.color, "width": 6, "simplify": False}, "hovertemplate": hover}
+    hover = f"{s.footing}, " + "%{customdata:.2f} s<br>east %{x:.2f} m<br>north %{y:.2f} m"
+    ring = {**common, "name": s.footing, "line": {"color": s.color, "width": 6, "simplify": False}, "hovertemplate": hover}
     hole = {**common, "line": {"color": "@surface", "width": 3, "simplify": False}, "hoverinfo": "skip", "showlegend": False}
     if len(middle) > RINGS:
         return [{**ring, "line": {**ring["line"], "width": 3.5}}]
-    return [{**ring, "legendgroup": "stance"}, {**hole, "legendgroup": "stance"}]
+    return [{**ring, "legendgroup": s.footing}, {**hole, "legendgroup": s.footing}]
 
 
 def _ends(s: Subject, p: Array) -> list[Trace]:

@@ -47,6 +47,11 @@ class Subject:
         return np.degrees(self.trajectory.euler)
 
     @property
+    def footing(self) -> str:
+        """What its steps are called: of a shoe one sees the stances."""
+        return "stance" if self.trajectory.steps is None else "step"
+
+    @property
     def alone(self) -> bool:
         return not self.name
 

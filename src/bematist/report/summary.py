@@ -40,14 +40,17 @@ def clock(seconds: float) -> str:
 def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
     """The summary of one trajectory."""
     s = trajectory.summary()
-    stances = len(trajectory.stance_intervals())
     found = [
-        ("Distance", number(s["distance_m"], "m", 1), "from stance to stance, in space"),
+        (
+            "Distance",
+            number(s["distance_m"], "m", 1),
+            "from stance to stance, in space" if trajectory.steps is None else "sum of the steps",
+        ),
         ("Duration", clock(s["duration_s"]), f"{number(s['samples'], '', 0)} samples at {rate(trajectory)}"),
         ("Closure", number(s["closure_m"], "m"), _percent(s["closure_percent"], "of the distance, end to start")),
         ("Height change", signed(s["height_change_m"], "m"), "end against start"),
         ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
-        ("Stance", _percent(100 * s["stance_fraction"]), f"of the time, in {number(stances, '', 0)} phases"),
+        _feet(trajectory),
         ("Processing", spent(s["processing_s"]), pace(trajectory)),
     ]
     if shares := paces(trajectory):
@@ -57,6 +60,18 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         note = f"rms in plan, {number(evaluation.rows, '', 0)} {_matched(evaluation)}, alignment {evaluation.alignment}"
         found.insert(3, ("Error to reference", number(error["ate_rmse_2d_m"], "m"), note))
     return '<div class="cards">' + "".join(card(*row) for row in found) + "</div>"
+
+
+def _feet(trajectory: Trajectory) -> tuple[str, str, str]:
+    """Stances of a shoe, or steps of a hand's path."""
+    steps = trajectory.steps
+    if steps is None:
+        phases = number(len(trajectory.stance_intervals()), "", 0)
+        return "Stance", _percent(100 * float(trajectory.stance.mean())), f"of the time, in {phases} phases"
+    if not len(steps):
+        return "Steps", "0", ""
+    typical = f"{number(float(np.median(steps.frequency)), 'Hz')} and {number(float(np.median(steps.length)), 'm')} in the median"
+    return "Steps", number(len(steps), "", 0), typical
 
 
 def card(label: str, value: str, note: str) -> str:
@@ -142,7 +157,9 @@ def paces(trajectory: Trajectory) -> list[str]:
 
 def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | None]) -> str:
     """The methods side by side, with their error where there is a reference."""
-    head = ["Method", "Distance", "Closure", "of distance", "Height change", "1 σ at the end, plan", "Stance", "Phases", "Processing"]
+    head = ["Method", "Distance", "Closure", "of distance", "Height change", "1 σ at the end, plan"]
+    shoe, hand = (any((s.trajectory.steps is None) == on_shoe for s in drawn) for on_shoe in (True, False))
+    head += ["Stance", "Phases"] * shoe + ["Steps"] * hand + ["Processing"]
     kinds = list(dict.fromkeys(str(e.alignment) for e in evaluations if e is not None))
     shares = [paces(s.trajectory) for s in drawn]
     head[-1:-1] = ["Slow / walking / running"] if any(shares) else []
@@ -158,8 +175,8 @@ def methods_table(drawn: Sequence[Subject], evaluations: Sequence[Evaluation | N
             _percent(m["closure_percent"]),
             signed(m["height_change_m"], "m"),
             plan_sd(t),
-            _percent(100 * m["stance_fraction"]),
-            number(len(t.stance_intervals()), "", 0),
+            *([_percent(100 * m["stance_fraction"]), number(len(t.stance_intervals()), "", 0)] if t.steps is None else [DASH] * 2 * shoe),
+            *([DASH if t.steps is None else number(len(t.steps), "", 0)] * hand),
             *([" / ".join(share) or DASH] if any(shares) else []),
             spent(m["processing_s"]),
         ]

@@ -1,0 +1,64 @@
+"""From what the kernels wrote to a `Trajectory` with its steps, and what is suspicious about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.hand.result import diagnostics
+from bematist.kernels import hand_layout
+from bematist.kernels import pdr_layout as at
+from bematist.trajectory import Steps, Trajectory
+
+Array = NDArray[np.float64]
+
+
+def judge(nav: Array, d: NDArray[np.float32]) -> list[str]:
+    """Warnings about the path."""
+    if not d[:, at.STEPS].any():
+        return [
+            f"No step was found in {nav[-1, 0] - nav[0, 0]:.0f} s: the path stays where it began. Look at `bematist steps`; for a sensor "
+            "on a shoe take the method foot, and check the unit of the accelerometer."
+        ]
+    return []
+
+
+def steps(rows: Sequence[Array]) -> Steps:
+    """Rows of the kernel's list of steps (`pdr_layout.STEP_ROW`), in pieces, by their names."""
+    r = np.concatenate([np.empty((0, at.STEP_ROW)), *rows])
+    return Steps(
+        time=r[:, at.S_TIME],
+        counted=r[:, at.S_COUNTED],
+        length=r[:, at.S_LENGTH],
+        length_sd=r[:, at.S_LENGTH_SD],
+        frequency=r[:, at.S_FREQUENCY],
+        direction=r[:, at.S_DIRECTION],
+        direction_sd=r[:, at.S_DIRECTION_SD],
+        motion=r[:, at.S_MOTION].astype(np.uint8),
+        carrying=r[:, at.S_CARRYING].astype(np.uint8),
+    )
+
+
+def trajectory(nav: Array, d: NDArray[np.float32], attitude: NDArray[np.float32], **fields: Any) -> Trajectory:
+    """Results (N,29) and diagnostics (N,5) of the path's kernel, and diagnostics (N,32) of the attitude filter, by their names."""
+    named: dict[str, NDArray[Any]] = {
+        "steps_counted": d[:, at.STEPS].astype(np.uint8),
+        "step_frequency": d[:, at.STEP_FREQUENCY],
+        "motion": d[:, at.MOTION].astype(np.uint8),
+        "carrying": d[:, at.CARRYING].astype(np.uint8),
+        "pressure_height": d[:, at.PRESSURE_HEIGHT],
+        "gyro_bias": attitude[:, hand_layout.GYRO_BIAS : hand_layout.GYRO_BIAS + 3],
+    }
+    return Trajectory(
+        time=nav[:, 0],
+        position=nav[:, 1:4],
+        velocity=nav[:, 4:7],
+        attitude=nav[:, 7:11],
+        stance=(d[:, at.STEPS] > 0).astype(np.uint8),
+        packed_covariance=nav[:, 11:29],
+        diagnostics=named | diagnostics(attitude),
+        **fields,
+    )

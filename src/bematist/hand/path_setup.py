@@ -1,0 +1,93 @@
+"""From parameters to what the path kernels start from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bematist.align import Alignment
+from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_euler, rotate, yaw_from_heading_deg
+from bematist.hand.path_parameters import RIGHT, Axis, HandPdrParameters
+from bematist.kernels import pdr_layout as at
+from bematist.steps import CARRYING
+
+Array = NDArray[np.float64]
+
+_KELVIN = 273.15
+
+
+def axis(name: Axis) -> Array:
+    """The unit vector (3,) of a body axis."""
+    v = np.zeros(3)
+    v["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return v
+
+
+def workspace(p: HandPdrParameters) -> Array:
+    """The state before the first step."""
+    W = np.zeros(at.WORKSPACE_SIZE)
+    P = W[at.P : at.P + at.WIDTH**2].reshape(at.WIDTH, at.WIDTH)
+    P[at.E_SCALE, at.E_SCALE] = p.step_length.scale_sd**2
+    P[at.E_DIRECTION, at.E_DIRECTION] = p.direction.sd**2
+    return W
+
+
+def kernel_parameters(p: HandPdrParameters, gap_s: float) -> Array:
+    """The parameters that the kernels read (`kernels.pdr_layout`)."""
+    length, direction, height = p.step_length, p.direction, p.altitude
+    prm = np.zeros(at.PARAMETERS)
+    values = {
+        at.HEIGHT: length.height,
+        at.A: length.a,
+        at.B: length.b,
+        at.C: length.c,
+        at.RUNNING_FACTOR: length.running_factor,
+        at.TREAD: length.tread,
+        at.STEP_VAR: length.sd**2,
+        at.SCALE_VAR: length.scale_sd**2,
+        at.TURN_VAR: direction.step_sd**2,
+        at.DIRECTION_VAR: direction.sd**2,
+        at.DIRECTION_S: direction.time_s,
+        at.HEADING_S: direction.heading_time_s,
+        at.HEADING_FIXED: direction.heading_sd**2 if p.attitude.correction == "replace" else -1.0,
+        at.SWAY_VAR: p.sway_speed**2,
+        at.FLAT_VAR: height.unknown**2,
+        at.BARO_USE: height.barometer,
+        at.BARO_VAR: height.sd**2,
+        at.BARO_WALK: height.walk**2,
+        at.CLIMB_PSD: height.climb**2,
+        at.TEMPERATURE: height.temperature_c + _KELVIN,
+        at.G: p.gravity,
+        at.GAP_S: gap_s,
+        at.STEEP: math.cos(direction.steep),
+        at.OFFSET_COS: math.cos(direction.offset),
+        at.OFFSET_SIN: math.sin(direction.offset),
+    }
+    prm[list(values)] = list(values.values())
+    for k, name in enumerate(CARRYING):
+        ahead = getattr(direction, name)
+        prm[at.AXES + 6 * k : at.AXES + 6 * k + 6] = [*axis(ahead), *axis(RIGHT[ahead])]
+    return prm
+
+
+def ahead(q: Array, p: HandPdrParameters) -> float:
+    """Direction (yaw, rad) in which the pointing axis of a read device looks at an attitude (4,), by the same rule as the kernel."""
+    d = rotate(q, axis(p.direction.texting))
+    if math.hypot(d[0], d[1]) < math.cos(p.direction.steep):
+        r = rotate(q, axis(RIGHT[p.direction.texting]))
+        d = np.array([-r[1], r[0], 0.0])
+    return math.atan2(d[1], d[0]) + p.direction.offset
+
+
+def pointed(a: Alignment, p: HandPdrParameters) -> Alignment:
+    """An alignment whose given heading, or East where there is none, is that of the pointing axis instead of the sensor's x axis."""
+    heading = p.initial.heading_deg
+    if a.north == "magnetic" or (a.north == "given" and heading is None):
+        return a
+    wanted = 0.0 if heading is None else float(yaw_from_heading_deg(heading))
+    turn = quaternion_from_euler(0.0, 0.0, wanted - ahead(a.attitude, p))
+    field = None if a.field is None else matrix_from_quaternion(turn) @ a.field
+    return replace(a, attitude=multiply(turn, a.attitude), field=field)
