@@ -37,7 +37,7 @@ class Steps:
     length, length_sd : (K,) m.
     frequency : (K,) Hz.
     direction, direction_sd : (K,) rad, where it led, counter-clockwise from East.
-    motion, carrying : (K,) uint8, index into `bematist.steps.MOTIONS` and `CARRYING`.
+    motion, carrying : (K,) words of `bematist.steps.MOTIONS` and `CARRYING`.
     """
 
     time: Array
@@ -47,8 +47,8 @@ class Steps:
     frequency: Array
     direction: Array
     direction_sd: Array
-    motion: NDArray[np.uint8]
-    carrying: NDArray[np.uint8]
+    motion: NDArray[np.str_]
+    carrying: NDArray[np.str_]
 
     def __repr__(self) -> str:
         return f"Steps({len(self)}, {self.length.sum():.1f} m)"
@@ -67,11 +67,9 @@ class Steps:
         """The columns of `steps.csv` as a table."""
         import polars as pl
 
-        from bematist.steps import CARRYING, MOTIONS
-
         numbers = {name: getattr(self, name) for name in ("time", "counted", "length", "length_sd", "frequency")}
         angles = {"heading_deg": self.heading_deg, "heading_sd_deg": np.degrees(self.direction_sd)}
-        words = {"motion": [MOTIONS[k] for k in self.motion], "carrying": [CARRYING[k] for k in self.carrying]}
+        words = {"motion": self.motion.tolist(), "carrying": self.carrying.tolist()}
         return pl.DataFrame({**numbers, **angles, **words}, schema_overrides=dict.fromkeys(words, pl.String))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bematist.hand.result import diagnostics
 from bematist.kernels import hand_layout
 from bematist.kernels import pdr_layout as at
+from bematist.steps import CARRYING, MOTIONS
 from bematist.trajectory import Steps, Trajectory
 
 Array = NDArray[np.float64]
@@ -37,8 +38,8 @@ def steps(rows: Sequence[Array]) -> Steps:
         frequency=r[:, at.S_FREQUENCY],
         direction=r[:, at.S_DIRECTION],
         direction_sd=r[:, at.S_DIRECTION_SD],
-        motion=r[:, at.S_MOTION].astype(np.uint8),
-        carrying=r[:, at.S_CARRYING].astype(np.uint8),
+        motion=np.array(MOTIONS)[r[:, at.S_MOTION].astype(int)],
+        carrying=np.array(CARRYING)[r[:, at.S_CARRYING].astype(int)],
     )
 
 
