@@ -34,7 +34,7 @@ tried: $(STAMP)
 
 # docs/reproduce: tables and figures of the papers; what was computed is kept in build/reproduce, and only what is missing is computed
 reproduce: $(STAMP)
-	for paper in maginav li-wang; do \
+	for paper in maginav li-wang magyq; do \
 	  $(BIN)/bematist reproduce $$paper -o build/reproduce/$$paper && mkdir -p docs/reproduce/$$paper && \
 	  cp -r build/reproduce/$$paper/report.md build/reproduce/$$paper/figures build/reproduce/$$paper/tables docs/reproduce/$$paper/ && \
 	  rm -f docs/reproduce/$$paper/figures/*.svg docs/reproduce/$$paper/tables/*-cases.csv docs/reproduce/$$paper/tables/*.md || exit 1; \

@@ -122,8 +122,8 @@ def attitude_error_vectors(estimate: Array, truth: Array) -> Array:
     return rotation_vector_from_quaternion(multiply(estimate, conjugate(truth)))
 
 
-def attitude_error(estimate: Array, truth: Array) -> AttitudeError:
-    """Attitude error of quaternions (K,4).
+def heading_and_tilt(estimate: Array, truth: Array) -> tuple[Array, Array]:
+    """Heading errors (K,), rad, signed, and errors of the vertical (K,), rad, of quaternions (K,4).
 
     The heading error is the angle about the vertical of the rotation between the two (its twist), not a difference of
     Euler yaws, which mean nothing when a foot points down.
@@ -131,8 +131,14 @@ def attitude_error(estimate: Array, truth: Array) -> AttitudeError:
     q = multiply(estimate, conjugate(truth))
     heading = 2 * np.arctan2(q[:, 3], q[:, 0])
     heading = np.arctan2(np.sin(heading), np.cos(heading))
-    tilt = np.arccos(np.clip(matrix_from_quaternion(q)[:, 2, 2], -1, 1))
-    return AttitudeError(heading=rms(heading), tilt=rms(tilt), total=rms(rotation_vector_from_quaternion(q)))
+    return heading, np.arccos(np.clip(matrix_from_quaternion(q)[:, 2, 2], -1, 1))
+
+
+def attitude_error(estimate: Array, truth: Array) -> AttitudeError:
+    """Attitude error of quaternions (K,4); heading and tilt as `heading_and_tilt` says."""
+    heading, tilt = heading_and_tilt(estimate, truth)
+    total = rotation_vector_from_quaternion(multiply(estimate, conjugate(truth)))
+    return AttitudeError(heading=rms(heading), tilt=rms(tilt), total=rms(total))
 
 
 def course_error(position: Array, reference: Array, stretch_m: float = 1.0) -> float:

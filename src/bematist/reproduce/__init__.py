@@ -12,7 +12,7 @@ from pathlib import Path
 from bematist import config
 from bematist.reproduce.study import Study
 
-PAPERS = ("maginav", "li-wang")
+PAPERS = ("maginav", "li-wang", "magyq")
 """The papers; each is a package of this name, with _ for -, with its `STUDY`."""
 
 

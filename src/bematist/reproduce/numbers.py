@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.evaluate import Evaluation, Nees, evaluate
+from bematist.evaluate.metrics import heading_and_tilt
 from bematist.reproduce.study import Row
 from bematist.trajectory import Trajectory
 
@@ -49,6 +50,17 @@ def walk_numbers(trajectory: Trajectory, e: Evaluation) -> Row:
         **_nees("position", e.nees_position),
         **_nees("velocity", e.nees_velocity),
         **_nees("attitude", e.nees_attitude),
+    }
+
+
+def attitude_numbers(estimate: Array, truth: Array) -> Row:
+    """How far attitudes (K,4) are from the truth: errors of heading, and of the vertical (tilt), degrees."""
+    heading, tilt = (np.degrees(error) for error in heading_and_tilt(estimate, truth))
+    return {
+        "heading_rms_deg": float(np.sqrt(np.mean(heading**2))),
+        "heading_largest_deg": float(np.abs(heading).max()),
+        "heading_last_deg": float(heading[-1]),
+        "tilt_rms_deg": float(np.sqrt(np.mean(tilt**2))),
     }
 
 
