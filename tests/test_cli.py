@@ -79,13 +79,13 @@ def test_help_names_every_command_and_is_quick() -> None:
         after = os.times()
         took.append(after.children_user + after.children_system - before.children_user - before.children_system)
     assert shown.returncode == 0
-    names = ("demo", "track", "compare", "evaluate", "info", "stance", "methods", "convert", "export", "simulate", "reproduce")
+    names = ("demo", "track", "compare", "evaluate", "info", "stance", "steps", "methods", "convert", "export", "simulate", "reproduce")
     assert all(f"\n  {name} " in shown.stdout for name in names)
     assert "..." not in shown.stdout.partition("Commands:")[2]
     assert min(took) < 0.5
 
 
-@pytest.mark.parametrize("name", ["demo", "track", "compare", "evaluate", "info", "stance", "methods", "export"])
+@pytest.mark.parametrize("name", ["demo", "track", "compare", "evaluate", "info", "stance", "steps", "methods", "export"])
 def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
     assert f"bematist {name}" in capsys.readouterr().out

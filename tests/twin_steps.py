@@ -267,6 +267,19 @@ def steps(time, f, w, parameters, g, up=None, pressure=None):
             moves.mode = at.STATIC
         own = (walk.frequency, moves.mode, carries.mode)
         rows.append(
-            (*own, np.sqrt(energy[k]), rate[k], score, 1 / period if period else 0.0, against, screen[k], upper[k], climb[k], band[0], x[k])
+            (
+                *own,
+                np.sqrt(energy[k]),
+                rate[k],
+                score,
+                demand,
+                1 / period if period else 0.0,
+                against,
+                screen[k],
+                upper[k],
+                climb[k],
+                band[0],
+                x[k],
+            )
         )
     return np.array(events).reshape(-1, 3), closing, np.array(rows)

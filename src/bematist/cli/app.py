@@ -31,6 +31,7 @@ ORDER = (
     "evaluate",
     "info",
     "stance",
+    "steps",
     "allan",
     "methods",
     "convert",

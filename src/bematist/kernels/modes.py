@@ -70,7 +70,7 @@ def judge(S, prm, t, k, x):
     period = S[at.PERIOD]
     S[F + at.FEATURE_FORCE] = math.sqrt(S[at.ENERGY])
     S[F + at.FEATURE_RATE] = math.sqrt(S[at.RATE_ENERGY])
-    S[F + at.FEATURE_PERIODICITY] = S[at.SCORE]
+    S[F + at.FEATURE_PERIODICITY], S[F + at.FEATURE_DEMAND] = S[at.SCORE], S[at.DEMAND]
     S[F + at.FEATURE_FREQUENCY] = 1 / period if period > 0 else 0.0
     S[F + at.FEATURE_STRIDE] = -rate_at(S, k, period) if period > 0 else 0.0
     S[F + at.FEATURE_SCREEN] = _dot(S, prm, at.SCREEN_AXIS)

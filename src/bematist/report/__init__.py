@@ -3,6 +3,7 @@
 from bematist.report.attitude_page import still_attitude, write_attitude_page
 from bematist.report.page import write_report
 from bematist.report.stance_page import write_stance_page
+from bematist.report.steps_page import write_steps_page
 from bematist.report.still import still_path
 
-__all__ = ["still_attitude", "still_path", "write_attitude_page", "write_report", "write_stance_page"]
+__all__ = ["still_attitude", "still_path", "write_attitude_page", "write_report", "write_stance_page", "write_steps_page"]

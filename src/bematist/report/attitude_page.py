@@ -15,7 +15,7 @@ from bematist.frames import euler_from_quaternion, heading_deg_from_yaw
 from bematist.recording import Reference
 from bematist.report import summary
 from bematist.report.decimate import extreme_indices
-from bematist.report.page import header, panel_section, write_page
+from bematist.report.page import header, page_data, panel_section, write_page
 from bematist.report.panels import continuous
 from bematist.report.still import COLORS, dress, picture_path
 from bematist.report.subject import AXES, Panel
@@ -63,12 +63,7 @@ def write_attitude_page(
             summary.parameters([(a.filter if len(attitudes) > 1 else "", a.parameters) for a in attitudes]),
         ]
     )
-    data = {
-        "range": [float(first.time[0]), float(first.time[-1])],
-        "plan": [],
-        "panels": [{"key": p.key, "axis": p.axis, "log": p.log, "traces": p.traces, "layout": p.layout} for p in figures],
-    }
-    write_page(Path(path), f"{name}: attitude", body, data)
+    write_page(Path(path), f"{name}: attitude", body, page_data(figures, (), first.time))
 
 
 def angles_deg(attitude: Array) -> dict[str, Array]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bematist.errors import DataError, UsageError
 from bematist.floorplan import FloorPlan
@@ -25,6 +26,8 @@ from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from bematist.evaluate import Align, Evaluation
+
+Array = NDArray[np.float64]
 
 ASSETS = Path(__file__).parent / "assets"
 
@@ -89,7 +92,7 @@ def _content(
             summary.parameters([(s.name, s.trajectory.parameters) for s in drawn]),
         ]
     )
-    data = page_data(figures, traces, first)
+    data = page_data(figures, traces, first.time)
     if floor_plan is not None:
         paths = [laid.path(k, s.trajectory.position, np.empty((0, 3, 3)))[0] for k, s in enumerate(drawn)]
         data["image"] = ground.image(floor_plan)
@@ -114,9 +117,9 @@ def _plan_note(reference: Reference | None, laid: Overlay, drawn: Sequence[Subje
     return f"{note} Each path is laid over the reference by alignment {laid.frame}; the axes are those of {name}."
 
 
-def page_data(figures: Sequence[Panel], traces: Sequence[dict[str, Any]], first: Trajectory) -> dict[str, Any]:
-    """What the script of the page reads."""
-    finite = first.time[np.isfinite(first.time)]
+def page_data(figures: Sequence[Panel], traces: Sequence[dict[str, Any]], time: Array) -> dict[str, Any]:
+    """What the script of the page reads; it shows the times (N,) from the first to the last."""
+    finite = time[np.isfinite(time)]
     return {
         "range": [float(finite[0]), float(finite[-1])],
         "plan": list(traces),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bematist.errors import DataError
 from bematist.recording import Recording
 from bematist.report import summary
-from bematist.report.page import header, panel_section, write_page
+from bematist.report.page import header, page_data, panel_section, write_page
 from bematist.report.subject import Panel
 from bematist.report.traces import Budget, Trace, encode, line, shading
 
@@ -63,12 +63,7 @@ def write_stance_page(recording: Recording, analysis: StanceAnalysis, path: str 
             f'<main class="timeline">{"".join(map(panel_section, figures))}</main>',
         ]
     )
-    data = {
-        "range": [float(analysis.time[0]), float(analysis.time[-1])],
-        "plan": [],
-        "panels": [{"key": p.key, "axis": p.axis, "log": p.log, "traces": p.traces, "layout": p.layout} for p in figures],
-        "stance": _live(analysis, statistic),
-    }
+    data = page_data(figures, (), analysis.time) | {"stance": _live(analysis, statistic)}
     write_page(Path(path), f"{name}: stance", body, data, "stance.js")
 
 

@@ -28,6 +28,7 @@ FEATURES = (
     "force_rms",
     "rate_rms",
     "periodicity",
+    "periodicity_asked",
     "period_frequency",
     "stride_rotation",
     "screen_up",
@@ -36,7 +37,9 @@ FEATURES = (
     "step_band",
     "acceleration",
 )
-"""Columns of `StepAnalysis.features`: m/s², rad/s, 1, Hz, 1, 1, 1, m/s, m/s², m/s²."""
+"""Columns of `StepAnalysis.features`. rms acceleration (m/s²) and angular rate (rad/s); autocorrelation coefficient at the step period, how
+large it must be where a walk begins, and that frequency (Hz); how much the rotation is the opposite of that a step ago; cosines between up
+and the screen's normal and the upper end; speed of climbing (m/s); band-passed and whole acceleration (m/s²), of the last full cell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +52,7 @@ class StepAnalysis:
     count : (N,) how many steps were counted at each sample: several where a walk was confirmed.
     frequency : (N,) step frequency, Hz; 0 where nobody walks.
     motion, carrying : (N,) index into MOTIONS, CARRYING.
-    features : (N,10) what was decided on, FEATURES.
+    features : (N,11) what was decided on, FEATURES.
     event_time : (M,) instant of each step, s.
     event_confirmed : (M,) when it was counted, s.
     event_frequency : (M,) step frequency, Hz.
