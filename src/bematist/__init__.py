@@ -33,6 +33,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from bematist.ahrs import FILTERS, Ahrs, Attitude, attitude
     from bematist.allan import AllanResult, allan
+    from bematist.calibrate import Calibration, calibrate
     from bematist.errors import BematistError, DataError, UsageError
     from bematist.evaluate import evaluate, evaluate_attitude
     from bematist.floorplan import FloorPlan
@@ -50,6 +51,8 @@ _HOME = {
     "attitude": "ahrs",
     "AllanResult": "allan",
     "allan": "allan",
+    "Calibration": "calibrate",
+    "calibrate": "calibrate",
     "BematistError": "errors",
     "DataError": "errors",
     "UsageError": "errors",
@@ -78,6 +81,7 @@ __all__ = [
     "AllanResult",
     "Attitude",
     "BematistError",
+    "Calibration",
     "DataError",
     "FloorPlan",
     "FootIns",
@@ -91,6 +95,7 @@ __all__ = [
     "UsageError",
     "allan",
     "attitude",
+    "calibrate",
     "evaluate",
     "evaluate_attitude",
     "read",

@@ -40,6 +40,23 @@ class Reference:
     note: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sensing:
+    """Which readings a recording holds, as far as it is known: what a calibration is made for, and only fits again.
+
+    device : the one sensor, such as its serial number. axes : the remap that was asked for when it was read, "" without one. uncalibrated :
+    whether a phone's raw readings were taken, and not those it calibrates. calibration : what the readings were calibrated with already.
+    """
+
+    device: str = ""
+    axes: str = ""
+    uncalibrated: bool = False
+    calibration: str = ""
+
+    def replace(self, **changes: str | bool) -> Sensing:
+        return replace(self, **changes)  # pyright: ignore[reportArgumentType]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Recording:
     """Samples of a body-worn sensor, each sensor on its own clock, in SI units and µT, in the sensor's own axes.
@@ -59,6 +76,7 @@ class Recording:
     start_ns : UNIX time of `time` 0 in ns, or None.
     phone : whether a phone recorded it, which is seldom worn on a shoe.
     source : where the recording came from, for messages.
+    sensing : which device, axes and channel the readings are of.
     notes : facts that `info` shows: units and why, the clock and why.
     warnings : what is suspicious; travels into `summary.json` and the report.
 
@@ -79,6 +97,7 @@ class Recording:
     start_ns: int | None = None
     phone: bool = False
     source: str = ""
+    sensing: Sensing = field(default_factory=Sensing)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 

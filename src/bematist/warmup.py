@@ -11,6 +11,7 @@ import bematist
 from bematist import clockfit
 from bematist.ahrs import attitude
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
+from bematist.calibrate.turning import turned
 from bematist.foot import FootIns
 from bematist.hand import HandPdr
 from bematist.io.trajectory_files import write_csv
@@ -47,11 +48,16 @@ def noise() -> None:
     overlapping_variance(still().specific_force[:50, 2].copy(), Stretches((slice(0, 50),), 0.01), averaging_spans(50))
 
 
+def calibration() -> None:
+    """The turns of a calibration."""
+    turned(np.ones((5, 3)), np.full(5, 0.01), np.eye(3))
+
+
 def warm_up() -> None:
     """Run every compiled kernel, on all processors; modules are compiled too, also where the interpreter is told to leave no bytecode."""
     compileall.compile_dir(bematist.__path__[0], quiet=2)
     with ProcessPoolExecutor() as pool:
-        for done in [pool.submit(job) for job in (foot, attitudes, noise)]:
+        for done in [pool.submit(job) for job in (foot, attitudes, noise, calibration)]:
             done.result()
 
 

@@ -85,7 +85,7 @@ def still_stretches(recording: Recording, start: float, end: float) -> list[tupl
     blocks = max(int((end - start) / size), 1)
     moving = np.zeros(blocks, bool)
     for values, limit in ((r.specific_force, FORCE_SD), (r.angular_rate, RATE_SD)):
-        cells = _cells(r.time, values, start, blocks * BLOCK_CELLS).reshape(blocks, BLOCK_CELLS, 3)
+        cells = cell_means(r.time, values, start, blocks * BLOCK_CELLS).reshape(blocks, BLOCK_CELLS, 3)
         there = np.asarray(np.isfinite(cells).all(2))
         count = np.maximum(there.sum(1), 1)[:, None]
         filled = np.where(there[:, :, None], cells, 0.0)
@@ -108,7 +108,7 @@ def still_stretches(recording: Recording, start: float, end: float) -> list[tupl
     return [(start + a * size, end if b == blocks else start + b * size) for a, b in edges]
 
 
-def _cells(time: Array, values: Array, start: float, cells: int) -> Array:
+def cell_means(time: Array, values: Array, start: float, cells: int) -> Array:
     """Means (cells,3) over `CELL_S`; NaN where there is no sample."""
     first, last = np.searchsorted(time, [start, start + cells * CELL_S])
     at = np.minimum(((time[first:last] - start) / CELL_S).astype(np.int64), cells - 1)

@@ -1,6 +1,20 @@
 """The command line: `bematist COMMAND`. Commands read, call the rooms, and show; nothing is computed here."""
 
-from bematist.cli import allan, attitude, compare, evaluate, files, look, reproduce, simulate, steps, track
+from bematist.cli import allan, attitude, calibrate, compare, evaluate, files, look, reproduce, simulate, steps, track
 from bematist.cli.app import app, main
 
-__all__ = ["allan", "app", "attitude", "compare", "evaluate", "files", "look", "main", "reproduce", "simulate", "steps", "track"]
+__all__ = [
+    "allan",
+    "app",
+    "attitude",
+    "calibrate",
+    "compare",
+    "evaluate",
+    "files",
+    "look",
+    "main",
+    "reproduce",
+    "simulate",
+    "steps",
+    "track",
+]

@@ -42,6 +42,8 @@ def allan(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Identify a sensor's noise from a recording at rest.
@@ -50,7 +52,7 @@ def allan(
     allan.svg), and noise.toml, which "bematist track --config noise.toml" takes.
     """
     config.choose("spacing", spacing, SPACINGS)
-    reading = Reading.given(format, columns, axes, units, clock)
+    reading = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated)
     folder = options.folder_for(recording, output_folder, "-allan")
     options.keep([recording], [folder / name for name in FILES])
     with results_folder(folder) as place:

@@ -33,6 +33,7 @@ ORDER = (
     "stance",
     "steps",
     "allan",
+    "calibrate",
     "methods",
     "convert",
     "export",

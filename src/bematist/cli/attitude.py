@@ -50,6 +50,8 @@ def attitude(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     heading: options.Heading = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     reference: options.ReferencePath = None,
@@ -65,7 +67,7 @@ def attitude(
     """
     kind = cast("Literal['none', 'yaw']", config.choose("alignment", align, ALIGNMENTS))
     stored, name = configured(configuration, "filter", filter, DEFAULT_FILTER)
-    reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"))
+    reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"), calibration=calibration, uncalibrated=uncalibrated)
     parameters = _parameters(name, changes_from(stored.get("parameters", {}), sets, heading))
     north = changes_from({}, None, heading)
     others = {n: _parameters(n, north) for n in _others(compare, name)}

@@ -46,6 +46,8 @@ def compare(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     heading: placing.Heading = None,
     start: placing.Start = None,
     plan: placing.Map = None,
@@ -66,7 +68,7 @@ def compare(
 
     lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation)
     kind = lies.alignment(align)
-    reading = Reading.given(format, columns, axes, units, clock)
+    reading = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated)
     changes = changes_from({}, sets, placing.heading_deg(heading))
     named = [Job(name, changes).check() for name in method_names(methods)] if methods is not None else None
     folder = options.folder_for(recording, output_folder, "-compare")

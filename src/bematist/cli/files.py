@@ -27,13 +27,15 @@ def convert(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Write a recording of any format as canonical CSV or Parquet."""
     options.keep([recording], [out])
     from bematist.io import write_recording
 
-    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     write_recording(data, out)
     if not quiet:
         output().print(f"{len(data):,} samples in {out}", soft_wrap=True)

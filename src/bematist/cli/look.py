@@ -37,6 +37,8 @@ def info(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     json: options.Json = False,
 ) -> None:
     """Tell what is in a recording.
@@ -45,7 +47,7 @@ def info(
     """
     from bematist.inspect import describe, lines
 
-    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = describe(data)
     if json:
         sys.stdout.write(to_json(found))
@@ -73,6 +75,8 @@ def stance(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Draw a stance detector's verdict over the signals.
@@ -87,7 +91,7 @@ def stance(
     if detector is not None:
         changes["detector"] = config.choose("detector", detector, DETECTORS)
     parameters = config.changed(find_method(method).parameters.stance, config.with_rule({"stance": changes})["stance"])
-    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-stance.html")
     options.keep([recording], [path])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 CLOCKS = ("auto", "uniform", "stamps")
 ALIGNMENTS = ("none", "origin", "yaw", "se3")
-READING = ("format", "columns", "axes", "units", "clock")
+READING = ("format", "columns", "axes", "units", "clock", "calibration", "uncalibrated")
 
 RecordingPath = Annotated[Path, typer.Argument(help="File (or folder) of the sensor.", metavar="RECORDING")]
 Format = Annotated[str | None, typer.Option("--format", help="Format of the recording; without it the file is recognised.", metavar="NAME")]
@@ -47,6 +47,11 @@ Clock = Annotated[
         metavar="auto|uniform|stamps",
     ),
 ]
+Calibration = Annotated[
+    Path | None,
+    typer.Option("--calibration", help="Calibrate the readings by what `bematist calibrate` wrote.", metavar="SENSOR.toml"),
+]
+Uncalibrated = Annotated[bool, typer.Option("--uncalibrated", help="Take a phone's raw readings, not those that it calibrates itself.")]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", help="Change a parameter, such as stance.threshold=2e5; may be repeated.", metavar="NAME=VALUE"),
@@ -79,6 +84,8 @@ class Reading:
     axes: str | None = None
     units: Mapping[str, str] = field(default_factory=dict)
     clock: Mode = "auto"
+    calibration: Path | None = None
+    uncalibrated: bool = False
 
     @classmethod
     def given(
@@ -89,6 +96,9 @@ class Reading:
         units: Sequence[str] | None,
         clock: str | None,
         stored: Mapping[str, Any] | None = None,
+        *,
+        calibration: Path | None = None,
+        uncalibrated: bool = False,
     ) -> Reading:
         """From the options, laid over those of a stored configuration."""
         stored = stored or {}
@@ -96,19 +106,37 @@ class Reading:
             config.choose("reading option", key, READING)
         table = {k: v for k, v in stored.items() if v != config.NONE}
         columns = columns or (Path(table["columns"]) if "columns" in table else None)
+        calibration = calibration or (Path(table["calibration"]) if "calibration" in table else None)
         return cls(
             format=format or table.get("format"),
             columns=columns.resolve() if columns else None,
             axes=axes or table.get("axes"),
             units={**table.get("units", {}), **_units(units or [])},
             clock=cast("Mode", config.choose("clock", clock or table.get("clock", "auto"), CLOCKS)),
+            calibration=calibration.resolve() if calibration else None,
+            uncalibrated=uncalibrated or bool(table.get("uncalibrated", False)),
         )
 
     def read(self, path: Path) -> Recording:
-        """The recording."""
+        """The recording, calibrated where a calibration is given; axes and channel are then those that it was made for, unless told."""
         from bematist.io import read
 
-        return read(path, format=self.format, columns=self.columns, axes=self.axes, units=dict(self.units) or None, clock=self.clock)
+        axes, uncalibrated, calibration = self.axes, self.uncalibrated, None
+        if self.calibration is not None:
+            from bematist.calibrate.store import load
+
+            calibration = load(self.calibration)
+            axes, uncalibrated = axes or calibration.sensing.axes or None, uncalibrated or calibration.sensing.uncalibrated
+        found = read(
+            path,
+            format=self.format,
+            columns=self.columns,
+            axes=axes,
+            units=dict(self.units) or None,
+            clock=self.clock,
+            uncalibrated=uncalibrated,
+        )
+        return found if calibration is None else calibration.apply(found)
 
     def table(self) -> dict[str, Any]:
         """For `config.toml`."""
@@ -118,6 +146,8 @@ class Reading:
             "axes": self.axes,
             "units": dict(self.units),
             "clock": self.clock,
+            "calibration": str(self.calibration) if self.calibration else None,
+            "uncalibrated": self.uncalibrated,
         }
 
 

@@ -42,6 +42,8 @@ def track(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     heading: placing.Heading = None,
     start: placing.Start = None,
     plan: placing.Map = None,
@@ -63,7 +65,7 @@ def track(
     --config) and report.html.
     """
     stored, name = configured(configuration, "method", method, DEFAULT_METHOD)
-    reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"))
+    reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"), calibration=calibration, uncalibrated=uncalibrated)
     changes = changes_from(stored.get("parameters", {}), sets, placing.heading_deg(heading))
     lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation, stored)
     kind = lies.alignment(align)

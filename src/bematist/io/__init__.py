@@ -60,6 +60,7 @@ def read(
     axes: str | None = None,
     units: Mapping[str, str] | None = None,
     clock: Mode = "auto",
+    uncalibrated: bool = False,
 ) -> Recording:
     """Read a recording.
 
@@ -71,6 +72,7 @@ def read(
     axes : remap of the sensor axes, such as "x,-z,y": the k-th entry names the old axis that becomes the new k-th.
     units : forces the unit of a quantity (specific_force, angular_rate, magnetic_flux_density, pressure, time).
     clock : "auto" decides by evidence whether the stamps are true; "uniform" fits an even clock; "stamps" keeps them.
+    uncalibrated : take the raw readings of a phone that writes them beside those it calibrates.
 
     Raises
     ------
@@ -86,13 +88,13 @@ def read(
     if columns is not None:
         from bematist.io.columns import read_mapped
 
-        return assemble(read_mapped(head, Path(columns)), axes=axes, units=units, clock=clock)
+        return assemble(read_mapped(head, Path(columns)), axes=axes, units=units, clock=clock, uncalibrated=uncalibrated)
     if format is not None and format not in FORMATS:
         raise UsageError(f'There is no format "{format}". Formats: {", ".join(FORMATS)}.')
     chosen = FORMATS[format] if format else sniff(path)
     if format and not chosen.load().sniff(head):
         raise DataError(f"{path}: this does not look like {chosen.name} ({chosen.summary}). Leave the format out to have it found.")
-    return assemble(chosen.load().read(head), axes=axes, units=units, clock=clock)
+    return assemble(chosen.load().read(head), axes=axes, units=units, clock=clock, uncalibrated=uncalibrated)
 
 
 def sniff(path: str | Path) -> Format:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.errors import UsageError
 from bematist.io.raw import WORDS, Raw, Stream
 
 Array = NDArray[np.float64]
@@ -25,17 +26,42 @@ def choose(raw: Raw, quantity: str, calibrated: Array | None, uncalibrated: Arra
         rows = calibrated
         if uncalibrated is not None:
             raw.notes.append(f"{word}: calibrated by the phone; the uncalibrated samples are not used")
+            raw.raw_readings[quantity] = _stream(uncalibrated)
     elif uncalibrated is None:
         return
     elif uncalibrated.shape[1] >= 7 and np.isfinite(uncalibrated[:, 4:7]).all():
         rows = np.column_stack([uncalibrated[:, 0], uncalibrated[:, 1:4] - uncalibrated[:, 4:7]])
         raw.notes.append(f"{word}: uncalibrated, with the phone's own bias taken off")
+        raw.raw_readings[quantity] = _stream(uncalibrated)
     else:
         rows = uncalibrated
         raw.notes.append(f"{word}: uncalibrated, and no bias stands beside it")
+        raw.uncalibrated = True
         if quantity == "magnetic_flux_density":
             raw.warnings.append(
                 "The magnetometer is uncalibrated: the phone's own field, often hundreds of µT, is in it and must be taken off before the "
                 "heading means anything."
             )
-    raw.streams[quantity] = Stream(stamps=rows[:, 0].copy(), values=rows[:, 1:4].copy())
+    raw.streams[quantity] = _stream(rows)
+
+
+def take_raw(raw: Raw) -> None:
+    """Put the raw readings in the place of those that the phone calibrated.
+
+    Raises
+    ------
+    UsageError
+        There are none.
+    """
+    if not raw.raw_readings and not raw.uncalibrated:
+        raise UsageError(f"{raw.source}: there are no uncalibrated readings of any sensor in it. Leave out --uncalibrated.")
+    for quantity, stream in raw.raw_readings.items():
+        raw.streams[quantity] = stream
+        word = WORDS[quantity].capitalize()
+        raw.notes[:] = [n for n in raw.notes if not n.startswith(f"{word}: ")]
+        raw.notes.append(f"{word}: the uncalibrated readings, as asked")
+    raw.uncalibrated = True
+
+
+def _stream(rows: Array) -> Stream:
+    return Stream(stamps=rows[:, 0].copy(), values=rows[:, 1:4].copy())

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from bematist.clock import Clock, Mode, repair
 from bematist.errors import DataError
 from bematist.frames import axes_matrix
+from bematist.io.android import take_raw
 from bematist.io.join import SAME_S, join
 from bematist.io.raw import WORDS, Raw, Stream
 from bematist.io.scale import check_forced, factor, time_factor, times
 from bematist.io.suspect import stuck, warnings_of
-from bematist.recording import Recording
+from bematist.recording import Recording, Sensing
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -29,7 +30,9 @@ BEYOND = 1e9
 """No sensor reads more, in any unit: a damaged file."""
 
 
-def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | None = None, clock: Mode = "auto") -> Recording:
+def assemble(
+    raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | None = None, clock: Mode = "auto", uncalibrated: bool = False
+) -> Recording:
     """Settle empty rows, units, clock and axes, in this order.
 
     Raises
@@ -39,6 +42,8 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
     UsageError
         An unknown quantity, unit or axis.
     """
+    if uncalibrated:
+        take_raw(raw)
     forced = dict(units or {})
     check_forced(forced)
     for needed in ("specific_force", "angular_rate"):
@@ -85,6 +90,7 @@ def assemble(raw: Raw, *, axes: str | None = None, units: Mapping[str, str] | No
         start_ns=start_ns,
         phone=raw.phone,
         source=raw.source,
+        sensing=Sensing(device=raw.device, axes=axes or "", uncalibrated=raw.uncalibrated),
         notes=tuple(raw.notes),
         warnings=tuple(dict.fromkeys(raw.warnings)),
         **extra,  # pyright: ignore[reportArgumentType]

@@ -46,7 +46,8 @@ class Raw:
 
     Streams that share one array of stamps (the same object) are columns of one table and share one clock; the others have a clock of
     their own. All stamps, those of the reference too, are in the file's unit of time and count from one instant, which is `start_ns`
-    in UNIX time, where the file tells it apart from the stamps.
+    in UNIX time, where the file tells it apart from the stamps. `device` is the one device that recorded, such as a serial number;
+    `raw_readings` are what a phone read where `streams` holds what it calibrated, and `uncalibrated` says that `streams` holds such.
     """
 
     source: str
@@ -56,6 +57,9 @@ class Raw:
     reference: Reference | None = None
     start_ns: int | None = None
     phone: bool = False
+    device: str = ""
+    raw_readings: dict[str, Stream] = field(default_factory=dict)
+    uncalibrated: bool = False
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 

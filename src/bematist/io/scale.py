@@ -71,7 +71,7 @@ def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced
         return UNITS[name][found]
     raw.notes.append(f"Units of the {word}: {unit}, {raw.unit_source}")
     doubt = guess.doubt(name, times(values[name], UNITS[name][unit]), values, time)
-    if doubt:
+    if doubt and not (name in raw.raw_readings and raw.uncalibrated):  # a phone's raw readings may be off by anything
         found, why = guess.unit_of(name, values, time)
         likely = f" The values look like {found} ({why}): if so, give --units {name}={found}." if found != unit else ""
         raw.warnings.append(f"The {word} is in {unit} ({raw.unit_source}), but {doubt}.{likely}")

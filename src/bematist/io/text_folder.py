@@ -72,6 +72,7 @@ def _properties(files: Bundle, raw: Raw) -> None:
     found = {m[1]: m[2] for line in lines if (m := PROPERTY.fullmatch(line.strip()))}
     if "Model" in found:
         raw.notes.append(f"Device: {found.get('Manufacturer', '')} {found['Model']}".replace("  ", " "))
+    raw.device = found.get("ID", "")
     if re.fullmatch(r"\d{9,11}", start := found.get("StartTime", "")):
         raw.start_ns = int(start) * 10**9
 

@@ -26,6 +26,7 @@ from bematist.simulate.paces import Steps, route
 from bematist.simulate.parameters import SENSORS, Scenario, Sensor, resolve, resolve_hand
 from bematist.simulate.scenarios import SCENARIOS
 from bematist.simulate.sensors import Errors
+from bematist.simulate.tumble import tumble
 
 __all__ = [
     "CARRIES",
@@ -62,7 +63,7 @@ def simulate_walk(
     """Simulate a walk with a sensor on the shoe, and keep its truth. Arguments as for `simulate`."""
     what, device = resolve(scenario, sensor, changes)
     random = generators(seed)
-    motion = walk(what, random[0])
+    motion = (tumble if what.tumble_rests else walk)(what, random[0])
     said = recorded(motion, device, random, _source("walk", what, device, seed))
     time = np.arange(len(said["recording"])) / device.rate_hz
     truth = truth_of(motion, said["errors"], time, motion.standing(time))

@@ -46,6 +46,12 @@ class Scenario(Parameters):
     rest_s: float = Field(default=10.0, description="Rest at the start, s.", ge=0)
     final_rest_s: float = Field(default=5.0, description="Rest at the end, s.", ge=0)
     pauses: tuple[tuple[float, float], ...] = Field(default=(), description="Stops: (m along the path, s).")
+    tumble_rests: int = Field(
+        default=0, description="Orientations in which a sensor rests that is turned about in the hand; 0 is a walk.", ge=0
+    )
+    tumble_rest_s: float = Field(default=3.0, description="Length of each of these rests, s.", gt=0)
+    tumble_rate: float = Field(default=math.radians(90.0), description="Mean rate of the turns between them, rad/s.", gt=0)
+    full_turns: bool = Field(default=False, description="Whether whole turns about x, y and z follow, each between two rests.")
     lever_m: tuple[float, float] = Field(default=(-0.10, 0.08), description="Sensor from the toes: forward and up, m; for rocking.")
     mounting_deg: Point = Field(default=(5.0, -20.0, 0.0), description="Roll, pitch, yaw of the sensor on the flat foot, degrees.")
     gravity: float = Field(default=normal_gravity(ATHENS_LATITUDE_RAD, 150.0), description="Gravity, m/s².", gt=0)

@@ -70,6 +70,7 @@ SCENARIOS: dict[str, Scenario] = {
     "short": Scenario(name="short", waypoints=_RETURN, rest_s=10.0, final_rest_s=3.0),
     "straight": Scenario(name="straight", waypoints=_plan((0, 0), (100, 0))),
     "still": Scenario(name="still", waypoints=_plan((0, 0)), rest_s=600.0, final_rest_s=0.0),
+    "tumble": Scenario(name="tumble", waypoints=_plan((0, 0)), tumble_rests=24, full_turns=True),
     "stairs": Scenario(name="stairs", waypoints=_STAIRWELL, stairs=_FLIGHTS, corner_radius_m=0.3),
     "building": Scenario(
         name="building",

@@ -289,5 +289,5 @@ const bematist = (() => {
   }
 
   const ready = start();
-  return { data, times, ready, show, point, color, layout, axis, config, decode, refresh, retheme };
+  return { data, times, ready, show, point, color, layout, axis, config, decode, themed, refresh, retheme };
 })();
