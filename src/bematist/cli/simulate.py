@@ -45,7 +45,8 @@ def simulate(
     """Simulate a walk, on the shoe or in the hand, and its truth.
 
     Writes recording.csv, truth.csv and simulation.json; with --carry steps.csv and modes.csv too. Walks: campus, building, short, straight,
-    still, stairs, rectangle, ellipse, mixed, laps, and tumble, a sensor turned about in the hand. Sensors: lsm9ds1, adis16488, phone, ideal. Gaits: slow, walk, brisk, jog, run, stairs.
+    still, stairs, rectangle, ellipse, mixed, laps, and tumble, a sensor turned about in the hand. Sensors: lsm9ds1, adis16488, phone,
+    ideal. Gaits: slow, walk, brisk, jog, run, stairs.
     """
     from bematist.simulate import SCENARIOS, simulate_hand, simulate_walk
 
