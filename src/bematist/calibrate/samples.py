@@ -47,8 +47,9 @@ def field_samples(rests: Rests, recordings: Sequence[Recording]) -> FieldSamples
     """Means over the rests, and the samples outside of them."""
     noise = sample_variance(recordings)
     known = np.isfinite(rests.field).all(1)
-    values, variance = [rests.field[known]], [rests.field_variance[known]]
-    count = [np.maximum(noise / rests.field_variance[known], 1.0)]
+    of_means = np.maximum(rests.field_variance[known], 1e-6 * noise)
+    values, variance = [rests.field[known]], [of_means]
+    count = [np.maximum(noise / of_means, 1.0)]
     moving = []
     for k, r in enumerate(recordings):
         spans = [(a, b) for a, b, own in zip(rests.start_s, rests.end_s, rests.recording, strict=True) if own == k]
