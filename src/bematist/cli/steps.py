@@ -34,6 +34,8 @@ def steps(
     clock: options.Clock = None,
     columns: options.Columns = None,
     format: options.Format = None,
+    calibration: options.Calibration = None,
+    uncalibrated: options.Uncalibrated = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -47,7 +49,7 @@ def steps(
     changes = config.assignments(sets or [])
     changes = changes.pop("steps", {}) | changes  # "steps.detection.periodic" as for `track`, or "detection.periodic"
     parameters = config.changed(StepParameters(), changes)
-    data = Reading.given(format, columns, axes, units, clock).read(recording)
+    data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-steps.html")
     options.keep([recording], [path])
