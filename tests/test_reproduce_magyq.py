@@ -38,7 +38,7 @@ def test_end_to_end(tmp_path: Path):
     assert "None" not in text and "nan" not in text
     assert text.count("![") == 11
     claims = pl.read_csv(tmp_path / "tables/claims.csv")
-    assert len(claims) == 13 and claims["verdict"].null_count() == 0
+    assert len(claims) == 14 and claims["verdict"].null_count() == 0
     assert not [p for p in (tmp_path / "figures").glob("*.png") if p.stat().st_size > 300_000]
     frame = pl.read_csv(tmp_path / "tables/walks-cases.csv")
     assert frame["method"].n_unique() == len(choices.FILTERS | choices.ABLATIONS)

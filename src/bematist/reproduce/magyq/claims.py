@@ -25,7 +25,8 @@ def claims(results: Mapping[str, Results]) -> list[Claim]:
     if "outdoors" in results:
         found.append(_offset(results["outdoors"]))
     if "walks" in results:
-        found += [_below_ten(results["walks"]), _rivals(results["walks"]), _one_walk(results["walks"]), *_updates(results["walks"])]
+        found += [_below_ten(results["walks"]), _rivals(results["walks"]), _one_walk(results["walks"]), _budget(results["walks"])]
+        found += _updates(results["walks"])
     if "consistency" in results:
         found.append(_covariance(results["consistency"]))
     return found
@@ -171,16 +172,37 @@ def _rivals(results: Results) -> Claim:
 def _one_walk(results: Results) -> Claim:
     texts = []
     for walker in WALKERS:
-        alone, ours = (_of(results, m, "position_rms_m", sensor="adis16488", walker=walker) for m in ("gyint", "magyq"))
+        alone, ours = (_of(results, m, "path_rms_m", sensor="adis16488", walker=walker) for m in ("gyint", "magyq"))
         texts.append(
             f"{walker}: gyint {_size(alone, ' m')}, magyq {_size(ours, ' m')}, nearer in {int((ours < alone).sum())} of {len(ours)}"
         )
     return Claim(
         "for M1 the two paths hardly differ, for W1 and M2 the gyroscope alone drifts (Figures 11 to 13)",
         "figures only",
-        "rms of the position, true steps: " + "; ".join(texts),
+        "rms of the path: " + "; ".join(texts),
         "a matter of the draw",
         "The offset that the rest leaves is drawn anew for each walk; walkers do not differ.",
+    )
+
+
+def _budget(results: Results) -> Claim:
+    texts, shares = [], []
+    for sensor in SENSORS:
+        lengths = _of(results, "magyq", "lengths_rms_m", sensor=sensor)
+        for method in ("gyint", "magyq", "hand"):
+            headings = _of(results, method, "position_rms_m", sensor=sensor)
+            shares.append(float(np.mean(lengths > headings)))
+            whole = _of(results, method, "path_rms_m", sensor=sensor)
+            texts.append(f"{sensor}, {method}: path {_size(whole, ' m')}, headings alone {_size(headings, ' m')}")
+        texts.append(f"{sensor}: lengths alone {_size(lengths, ' m')}")
+    return Claim(
+        "errors of the step length dominate those of the position",
+        "figures only",
+        "rms: " + "; ".join(texts),
+        "holds" if min(shares) > 0.9 else "does not hold" if max(shares) < 0.5 else "depends on the filter",
+        "With lengths calibrated for the walker, and steps that follow the model but for 3 % of noise each, which averages out. A height "
+        "that "
+        "is 5 cm wrong makes 3 % of the distance.",
     )
 
 

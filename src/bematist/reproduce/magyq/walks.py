@@ -7,14 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist import config
 from bematist.ahrs.filters import attitude
 from bematist.evaluate import nees
 from bematist.evaluate.metrics import attitude_error_vectors
 from bematist.frames import rotate
+from bematist.methods import METHODS, track
+from bematist.report.decimate import path_indices
 from bematist.reproduce.magyq import choices
 from bematist.reproduce.numbers import attitude_numbers
 from bematist.reproduce.study import Found, Row, Settings
 from bematist.simulate import HandSimulation, simulate_hand
+from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -40,15 +44,18 @@ def held_cases(seeds: int) -> list[Settings]:
 def case(
     sensor: str, walker: str, seed: int, runs: Mapping[str, tuple[str, choices.Changes]], start: choices.Changes | None = None
 ) -> Settings:
-    """A walk: picked up from a table unless `start` says otherwise."""
+    """A walk: picked up from a table unless `start` says otherwise. The step length knows the height of the walker."""
     how = {"carries": choices.PUT_DOWN} if start is None else start
     changes = choices.SENSORS[sensor] | {"height_m": WALKERS[walker], **how}
     methods = choices.told(sensor, runs, choices.STEADY if start is None else {})
-    return {"sensor": sensor, "walker": walker, "scenario": "building", "changes": changes, "methods": methods, "seed": seed}
+    walk = {"sensor": sensor, "walker": walker, "scenario": "building", "changes": changes}
+    return {**walk, "methods": methods, "calibrated": {"step_length": {"height": WALKERS[walker]}}, "seed": seed}
 
 
 def compute(settings: Settings) -> Found:
-    """Simulate once, run every filter: errors of the attitude, and where its headings lead with the true steps."""
+    """Simulate once, run every filter: errors of the attitude, where its headings lead with the true steps, and the whole path of those
+    that are methods of `track`.
+    """
     seed = len(WALKERS) * settings["seed"] + list(WALKERS).index(settings["walker"])
     made = simulate_hand(settings["scenario"], "texting", settings["sensor"], seed, **settings["changes"])
     kept = slice(None, None, KEPT_EVERY)
@@ -59,18 +66,45 @@ def compute(settings: Settings) -> Found:
     rows: list[Row] = []
     arrays: dict[str, Array] = {"truth": path, "time": made.truth.time[kept][points], "inside": inside(made, points * KEPT_EVERY)}
     for name, (kind, more) in settings["methods"].items():
-        found = attitude(made.recording, kind, config=more)
+        if name in METHODS:
+            found = track(made.recording, kind, config=config.merge(more, settings["calibrated"]))
+            packed = found.packed_covariance[:, 12:]
+        else:
+            found = attitude(made.recording, kind, config=more)
+            packed = found.packed_covariance
         q = found.attitude[kept]
         error = attitude_error_vectors(q, truth)
-        led = dead_reckoned(made, found.attitude)
-        off = np.linalg.norm(led - path, axis=1)
+        off = np.linalg.norm(dead_reckoned(made, found.attitude) - path, axis=1)
         rows.append({"method": name, **attitude_numbers(q[begun], truth[begun])})
         rows[-1] |= {"position_rms_m": float(np.sqrt(np.mean(off**2))), "position_last_m": float(off[-1])}
-        if found.packed_covariance is not None:
-            rows[-1]["nees_median"] = float(np.nanmedian(nees(error, found.packed_covariance[kept])))
-        arrays[f"{name} path"] = led
+        if packed is not None:
+            rows[-1]["nees_median"] = float(np.nanmedian(nees(error, packed[kept])))
+        if isinstance(found, Trajectory):
+            rows[-1] |= path_numbers(found, made)
+            arrays[f"{name} path"] = found.position[path_indices(found.position[:, :2], 1000), :2]
         arrays[f"{name} heading"] = np.degrees(error[points, 2])
     return Found(rows, {name: values.astype(np.float32) for name, values in arrays.items()})
+
+
+def path_numbers(path: Trajectory, made: HandSimulation) -> Row:
+    """Errors of a path against the pedestrian's, and of its steps; `lengths` is where its steps lead in the true directions."""
+    reference = made.recording.reference
+    assert reference is not None and path.steps is not None
+    off = np.linalg.norm((path.position - reference.position)[:, :2], axis=1)
+    by_lengths = gone(path.steps.length, made.direction_at(path.steps.time))[1:] - made.motion.body(path.steps.time)[0][:, :2]
+    return {
+        "path_rms_m": float(np.sqrt(np.mean(off**2))),
+        "path_last_m": float(off[-1]),
+        "lengths_rms_m": float(np.sqrt(np.mean((by_lengths**2).sum(1)))),
+        "distance_percent": 100 * float(path.steps.length.sum() / made.steps.length_m.sum() - 1),
+        "steps_percent": 100 * (len(path.steps.time) / len(made.steps) - 1),
+    }
+
+
+def gone(length: Array, direction: Array) -> Array:
+    """Positions (K+1,2), m, after steps of these lengths (K,), m, in these directions (K,), rad counter-clockwise from East."""
+    way = length[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+    return np.concatenate([np.zeros((1, 2)), way.cumsum(0)])
 
 
 def dead_reckoned(made: HandSimulation, q: Array) -> Array:
@@ -80,9 +114,8 @@ def dead_reckoned(made: HandSimulation, q: Array) -> Array:
     """
     steps = made.steps
     middle = np.searchsorted(made.truth.time, (steps.begin + steps.time) / 2).clip(max=len(q) - 1)
-    ahead = rotate(q[middle], np.array(made.pointing))[:, :2]
-    way = steps.length_m[:, None] * ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    return np.concatenate([np.zeros((1, 2)), way.cumsum(0)])
+    ahead = rotate(q[middle], np.array(made.pointing))
+    return gone(steps.length_m, np.arctan2(ahead[:, 1], ahead[:, 0]))
 
 
 def inside(made: HandSimulation, rows: NDArray[np.int64]) -> Array:
