@@ -2,7 +2,7 @@
 
 CELL_S = 0.04  # everything but the direction up runs on means over cells of this length, whatever the sampling rate
 LAGS = 42  # of the autocorrelation, in cells: up to 1.64 s
-RING = 64  # cells kept; each value stands twice, so that the last RING stand in a row
+RING = 64  # cells kept, a power of two; x and rates stand twice, so that the last RING stand in a row
 MAX_NEW = 16  # steps that wait for a walk to be confirmed, and thus the most that are counted at once
 
 # workspace S: what `advance` answers
@@ -50,8 +50,8 @@ EVENT = 3  # of each record
 EVENT_TIME, EVENT_FREQUENCY, EVENT_SIZE = range(3)
 EVENTS = PENDING + EVENT * MAX_NEW
 RINGS = EVENTS + EVENT * MAX_NEW
-# rings of x, of the three rates, and of the energies of both; then the correlations
-RING_X, RING_W, RING_EX, RING_EW = RINGS, RINGS + 2 * RING, RINGS + 8 * RING, RINGS + 9 * RING
+# rings of x, of the three rates, and of the inverse roots of the energies of both; then the correlations
+RING_X, RING_W, SCALE_X, SCALE_W = RINGS, RINGS + 2 * RING, RINGS + 8 * RING, RINGS + 9 * RING
 CORRELATION_X = RINGS + 10 * RING
 CORRELATION_W = CORRELATION_X + LAGS
 WORKSPACE_SIZE = CORRELATION_W + LAGS

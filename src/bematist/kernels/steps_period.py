@@ -1,7 +1,7 @@
 """How periodic the last seconds were, and with which period: autocorrelations over an exponential window, one lag a cell.
 
 Of the acceleration x: R_l = sum λ^(k-j) x_j x_(j-l), against the energies of both factors. That of the second factor is the
-energy of l cells ago, E_(k-l) = sum λ^(k-j) x_(j-l)², so that one ring of energies does for all lags. Of the angular rate the same with the
+energy of l cells ago, E_(k-l) = sum λ^(k-j) x_(j-l)², so that one ring of 1/√E does for all lags. Of the angular rate the same with the
 scalar product: a swinging arm or leg turns back and forth once a stride, a held device with each step if at all.
 """
 
@@ -11,11 +11,17 @@ from bematist.kernels import steps_layout as at
 from bematist.kernels.jit import apart, inlined
 
 
+@inlined
+def _scale(energy):
+    """What makes a correlation a coefficient, once for each of its factors; 0 without energy."""
+    return 1 / math.sqrt(energy) if energy > 0 else 0.0
+
+
 @apart
 def correlate(S, prm, k, x, w0, w1, w2):
     """Take the k-th cell into both correlations."""
     keep = prm[at.CORRELATION_DECAY]
-    p = k % at.RING
+    p = k & (at.RING - 1)
     for o in (p, p + at.RING):
         S[at.RING_X + o] = x
         S[at.RING_W + o], S[at.RING_W + 2 * at.RING + o], S[at.RING_W + 4 * at.RING + o] = w0, w1, w2
@@ -26,29 +32,27 @@ def correlate(S, prm, k, x, w0, w1, w2):
         S[at.CORRELATION_W + lag] = keep * S[at.CORRELATION_W + lag] + (
             w0 * S[at.RING_W + o] + w1 * S[at.RING_W + 2 * at.RING + o] + w2 * S[at.RING_W + 4 * at.RING + o]
         )
-    S[at.RING_EX + p], S[at.RING_EW + p] = S[at.CORRELATION_X], S[at.CORRELATION_W]
+    S[at.SCALE_X + p], S[at.SCALE_W + p] = _scale(S[at.CORRELATION_X]), _scale(S[at.CORRELATION_W])
 
 
 @inlined
-def _normalised(S, correlation, energies, k, lag):
-    """Correlation coefficient at a lag; 0 where one of the factors has next to no energy yet."""
-    a = S[correlation]
-    b = S[energies + (k - lag) % at.RING]
-    if b < 0.1 * a or not b > 0:
-        return 0.0
-    return S[correlation + lag] / math.sqrt(a * b)
+def _normalised(S, correlation, scales, k, lag):
+    """Correlation coefficient at a lag; 0 where the earlier factor has less than a tenth of the energy of the later, or none."""
+    a = S[scales + (k & (at.RING - 1))]
+    b = S[scales + ((k - lag) & (at.RING - 1))]
+    return S[correlation + lag] * a * b if b * b <= 10 * a * a else 0.0
 
 
 @inlined
 def of_force(S, k, lag):
     """Coefficient of the acceleration at a lag, cells."""
-    return _normalised(S, at.CORRELATION_X, at.RING_EX, k, lag)
+    return _normalised(S, at.CORRELATION_X, at.SCALE_X, k, lag)
 
 
 @inlined
 def of_rate(S, k, lag):
     """Coefficient of the angular rate at a lag, cells."""
-    return _normalised(S, at.CORRELATION_W, at.RING_EW, k, lag)
+    return _normalised(S, at.CORRELATION_W, at.SCALE_W, k, lag)
 
 
 @inlined

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bematist.report.subject import Panel, Subject
 from bematist.report.traces import Trace, dots, line
+
+Array = NDArray[np.float64]
 
 
 def frequency(drawn: Sequence[Subject]) -> Panel:
@@ -38,19 +42,24 @@ def length(drawn: Sequence[Subject]) -> Panel:
 
 def modes(drawn: Sequence[Subject]) -> Panel:
     """Motion and carrying over time, as the step detector tells them apart."""
+    # The detector is the same for every method: those of the first that has them are drawn.
+    for s in drawn:
+        motion, carrying = s.diagnostic("motion"), s.diagnostic("carrying")
+        if motion is not None and carrying is not None:
+            return modes_panel(s.trajectory.time, motion, carrying, s.budget.slow)
+    return Panel("modes", "Motion and carrying", "", [])
+
+
+def modes_panel(time: Array, motion: NDArray[Any], carrying: NDArray[Any], n: int, *behind: Trace) -> Panel:
+    """Modes (N,), indices into MOTIONS and CARRYING, as two lines of about n points over one axis of names."""
     from bematist.steps import CARRYING, MOTIONS
 
-    # The detector is the same for every method: those of the first that has them are drawn.
-    s = next((s for s in drawn if s.diagnostic("motion") is not None), None)
-    traces: list[Trace] = []
     names = [*MOTIONS, *CARRYING]
-    if s is not None:
-        for key, first, color in (("motion", 0, "@0"), ("carrying", len(MOTIONS), "@1")):
-            value = s.diagnostic(key)
-            assert value is not None
-            traces.append(line(s.trajectory.time, value + first, s.budget.slow, color, key, width=2, hovertemplate="%{y}"))
+    both = (("motion", motion, "@0"), ("carrying", carrying + float(len(MOTIONS)), "@1"))
+    traces = [line(time, value, n, color, name, width=2, hovertemplate="%{y}") for name, value, color in both]
     axis = {"tickvals": list(range(len(names))), "ticktext": names, "range": [-0.5, len(names) - 0.5]}
-    return Panel("modes", "Motion and carrying", "", traces, "What the step detector takes motion and device for.", layout={"yaxis": axis})
+    note = "What the step detector takes motion and device for."
+    return Panel("modes", "Motion and carrying", "", [*behind, *traces], note, layout={"yaxis": axis})
 
 
 def walkers(drawn: Sequence[Subject]) -> list[Subject]:

@@ -10,7 +10,7 @@ import numpy as np
 from bematist.kernels.steps_layout import CELL_S
 from bematist.recording import Recording
 from bematist.report import summary
-from bematist.report.modes import modes_panel
+from bematist.report.gait import modes_panel
 from bematist.report.page import header, page_data, panel_section, write_page
 from bematist.report.subject import Panel
 from bematist.report.traces import Budget, Trace, dots, level, line, shading
