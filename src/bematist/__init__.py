@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from bematist.ahrs import FILTERS, Ahrs, Attitude, attitude
     from bematist.allan import AllanResult, allan
     from bematist.calibrate import Calibration, calibrate
+    from bematist.earth import Earth, earth_at
     from bematist.errors import BematistError, DataError, UsageError
     from bematist.evaluate import evaluate, evaluate_attitude
     from bematist.floorplan import FloorPlan
@@ -53,6 +54,8 @@ _HOME = {
     "allan": "allan",
     "Calibration": "calibrate",
     "calibrate": "calibrate",
+    "Earth": "earth",
+    "earth_at": "earth",
     "BematistError": "errors",
     "DataError": "errors",
     "UsageError": "errors",
@@ -83,6 +86,7 @@ __all__ = [
     "BematistError",
     "Calibration",
     "DataError",
+    "Earth",
     "FloorPlan",
     "FootIns",
     "FootParameters",
@@ -96,6 +100,7 @@ __all__ = [
     "allan",
     "attitude",
     "calibrate",
+    "earth_at",
     "evaluate",
     "evaluate_attitude",
     "read",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,8 @@ class RestParameters(Parameters):
     )
     earth_field: tuple[float, float, float] | None = Field(
         default=None,
-        description="Earth's field, µT, East, North, Up: with it and a magnetometer the start is aligned to North by TRIAD. Without it and "
-        "without `heading_deg` the sensor's x axis starts along East.",
+        description="Earth's field, µT, East, North, Up (`--origin` fills it in): with it and a magnetometer the start is aligned to true "
+        "North by TRIAD. Without it and without `heading_deg` the sensor's x axis starts along East.",
     )
 
 
@@ -70,13 +71,23 @@ class InitialParameters(RestParameters):
     accel_bias_sd: float = Field(default=0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
 
 
+class FieldGates(Protocol):
+    """How far a field may differ from the undisturbed one: in norm, relative, and in inclination, rad."""
+
+    @property
+    def norm_tolerance(self) -> float: ...
+    @property
+    def inclination_tolerance(self) -> float: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Alignment:
     """The state at the first sample.
 
     attitude (4,) wxyz at the first sample; gyro_bias (3,) rad/s with gyro_bias_sd; tilt_sd rad; velocity_sd m/s; rest: first and
-    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; warnings; north: what North is,
-    "magnetic", "given" (by a heading or the Earth's field) or "none" (the sensor's x axis starts along East); rate_hz: of the samples.
+    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; earth_rate (3,) rad/s: the part
+    of the Earth's rotation whose direction is known, only that about Up where North is not; warnings; north: what North is, "magnetic",
+    "true" (by the Earth's field), "given" (by a heading) or "none" (the sensor's x axis starts along East); rate_hz: of the samples.
     """
 
     attitude: Array
@@ -86,6 +97,7 @@ class Alignment:
     velocity_sd: float
     rest: tuple[int, int]
     field: Array | None
+    earth_rate: Array
     warnings: tuple[str, ...]
     north: str
     rate_hz: float
@@ -163,12 +175,19 @@ def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gr
 
 
 def initial_alignment(
-    rows: Array, parameters: InitialParameters, rate_hz: float, gravity: float, angle_random_walk: float, gap_s: float
+    rows: Array,
+    parameters: InitialParameters,
+    rate_hz: float,
+    gravity: float,
+    angle_random_walk: float,
+    gap_s: float,
+    earth_rate: tuple[float, float, float] | None = None,
 ) -> Alignment:
     """Level, aim and calibrate on the rest at the start of sample rows (K,10), the first `longest_s` of a recording.
 
     A recording that begins in motion is levelled on its quietest tenth of a second, and turned back from there by the gyroscope; steps
-    longer than `gap_s` are gaps, in which nothing is known to turn.
+    longer than `gap_s` are gaps, in which nothing is known to turn. `earth_rate` (rad/s, East, North, Up) is no offset of the gyroscope:
+    what it reads at rest is freed of it.
 
     Raises
     ------
@@ -198,12 +217,18 @@ def initial_alignment(
             f"The specific force is {np.linalg.norm(up):.3g} m/s² where the foot is quietest, and not {gravity:.3g}: is its unit m/s², and "
             "are accelerometer and gyroscope not exchanged?"
         )
+    attitude = level(up)
+    field = _mean_field(rows[first:last], matrix_from_quaternion(attitude))
+    attitude, turn = aim(attitude, up, field, parameters, warnings)
+    field = turn @ field if field is not None else None
+    earth = known_rotation(earth_rate, north(parameters, field))
+    turning = matrix_from_quaternion(attitude).T @ earth
     prior = parameters.gyro_bias_sd**2
     bias, variance = np.zeros(3), prior
     if resting and parameters.average:
         measured = angle_random_walk**2 / duration + (parameters.sway / duration) ** 2
         gain = prior / (prior + measured) if prior > 0 else 0.0
-        bias, variance = gain * w.mean(0), (1 - gain) * prior
+        bias, variance = gain * (w.mean(0) - turning), (1 - gain) * prior
         if rows[first, 0] - rows[0, 0] > 0.5:
             warnings.append(
                 f"The first good rest, at {rows[first, 0] - rows[0, 0]:.1f} s, was used for the start, and the attitude "
@@ -219,19 +244,16 @@ def initial_alignment(
             f"No rest of {parameters.shortest_s:g} s in the first {rows[-1, 0] - rows[0, 0]:.1f} s: the start was levelled on the "
             "quietest moment and the gyroscope's offset is unknown. Stand still for a few seconds before walking."
         )
-    attitude = level(up)
-    field = _mean_field(rows[first:last], matrix_from_quaternion(attitude))
-    attitude, turn = aim(attitude, up, field, parameters, warnings)
-    field = turn @ field if field is not None else None
     moving_start = not resting or rows[first, 0] - rows[0, 0] > 0.1
     return Alignment(
-        attitude=_turn_back(attitude, rows[: first + 1], bias, gap_s),
+        attitude=_turn_back(attitude, rows[: first + 1], bias + turning, gap_s),
         gyro_bias=bias,
         gyro_bias_sd=math.sqrt(variance),
         tilt_sd=parameters.tilt_sd * (1.0 if resting else 3.0),
         velocity_sd=1.5 if moving_start else 0.0,
         rest=(first, last),
         field=field,
+        earth_rate=earth,
         warnings=tuple(warnings),
         north=north(parameters, field),
         rate_hz=rate_hz,
@@ -240,7 +262,9 @@ def initial_alignment(
 
 def north(parameters: InitialParameters, field: Array | None) -> str:
     """What North is (`Alignment.north`) after a start with this field (3,) or without one, by the parameters as the user gave them."""
-    return "given" if parameters.heading_deg is not None or (parameters.earth_field is not None and field is not None) else "none"
+    if parameters.heading_deg is not None:
+        return "given"
+    return "true" if parameters.earth_field is not None and field is not None else "none"
 
 
 def by_field(parameters: InitialParameters, field: Array) -> InitialParameters:
@@ -264,6 +288,12 @@ def _mean_field(rows: Array, C: Array) -> Array | None:
     return C @ m.mean(0) if len(m) else None
 
 
+def known_rotation(earth_rate: tuple[float, float, float] | None, points: str) -> Array:
+    """The part of the Earth's rotation (3,), rad/s, whose direction is known in n, by what North is, `Alignment.north`."""
+    east, northward, up = earth_rate or (0.0, 0.0, 0.0)
+    return np.array([east, northward, up] if points != "none" else [0.0, 0.0, up])
+
+
 def aim(attitude: Array, up: Array, field: Array | None, parameters: InitialParameters, warnings: list[str]) -> tuple[Array, Array]:
     """Give a levelled attitude its heading; also the turn about up (3,3) that did it."""
     yaw = 0.0
@@ -279,6 +309,20 @@ def aim(attitude: Array, up: Array, field: Array | None, parameters: InitialPara
             yaw = math.atan2(turn[1, 0], turn[0, 0])
     q = quaternion_from_rotation_vector(np.array([0.0, 0.0, yaw]))
     return multiply(q, attitude), matrix_from_quaternion(q)
+
+
+def disagreement(measured: Array, earth: Array, gates: FieldGates) -> list[str]:
+    """A warning where the field at the start (3,) would not pass the gates of the Earth's (3,); nothing where it does. µT, ENU."""
+    norms = [float(np.linalg.norm(m)) for m in (measured, earth)]
+    dips = [math.degrees(math.atan2(-m[2], math.hypot(m[0], m[1]))) for m in (measured, earth)]
+    near = abs(norms[0] - norms[1]) <= gates.norm_tolerance * norms[1]
+    if near and abs(dips[0] - dips[1]) <= math.degrees(gates.inclination_tolerance):
+        return []
+    return [
+        f"The magnetic field at the start is {norms[0]:.1f} µT, {dips[0]:.1f}° below the horizon, and the Earth's is {norms[1]:.1f} µT, "
+        f"{dips[1]:.1f}°: the place is disturbed or the magnetometer not calibrated, and the heading at the start may be wrong by as much. "
+        "Samples that do not look like the Earth's field are not used."
+    ]
 
 
 def _turn_back(attitude: Array, rows: Array, bias: Array, gap_s: float) -> Array:

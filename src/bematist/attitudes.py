@@ -33,8 +33,8 @@ class Attitude:
     gyro_bias : (N,3) rad/s, the gyroscope's offset as the filter believes it, in the body frame.
     packed_covariance : (N,6) upper triangles (xx xy xz yy yz zz) of the covariance of the attitude error, rad², a rotation vector in the
         navigation frame; None where the filter has none.
-    north : what North is: "magnetic", "given" (by `initial.heading_deg` or `initial.earth_field`), or "none": the sensor's x axis starts
-        along East.
+    north : what North is: "magnetic", "true" (by `initial.earth_field`), "given" (by `initial.heading_deg`), or "none": the sensor's x axis
+        starts along East.
     diagnostics : arrays of N rows that explain the decisions.
     filter, parameters : what was run; `parameters` is the full set that was used.
     warnings : what is suspicious about data or result.

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from bematist.config import look_up, with_rule
+from bematist.earth import Earth, on_earth
 from bematist.errors import UsageError
 from bematist.foot import FootIns, FootParameters
 from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandParameters, HandPdr, HandPdrParameters, pdr_parameters
@@ -226,6 +227,7 @@ def track(
     method: str = "foot",
     *,
     config: Mapping[str, Any] | None = None,
+    earth: Earth | Literal["recording"] | None = "recording",
     chunk: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **overrides: Any,
@@ -236,6 +238,8 @@ def track(
     `track(r, "hand", step_length={"height": 1.7})`; a threshold makes the stance rule
     absolute unless a rule is given with it. chunk feeds that many
     samples at a time (the result is the same to the bit). progress is called with samples done and of all.
+    earth (`earth_at(latitude, longitude, height, date)`) sets gravity, magnetic field and the Earth's rotation, unless config or overrides
+    do; by default it is that of the satellite fix that came with the recording, if one did; None: none.
 
     Raises
     ------
@@ -247,5 +251,5 @@ def track(
     if not isinstance(recording, Recording):
         raise UsageError(f"track takes a Recording, not {type(recording).__name__}: read the file first, track(read(path)).")
     m = find_method(method)
-    parameters = m.parameters.override(with_rule(config or {})).override(with_rule(overrides))
+    parameters = on_earth(m.parameters, recording, earth).override(with_rule(config or {})).override(with_rule(overrides))
     return m.make(parameters, method=m.name).run(recording, chunk=chunk, progress=progress)  # pyright: ignore[reportArgumentType]

@@ -28,6 +28,19 @@ class Parameters(BaseModel):
         except ValidationError as error:
             raise UsageError(explain(error, type(self))) from None
 
+    @classmethod
+    def places(cls, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Nested changes that give values to the parameters of these names, in whichever group they stand; other names are left out."""
+        found: dict[str, Any] = {}
+        for name, field in cls.model_fields.items():
+            inner = field.annotation
+            if isinstance(inner, type) and issubclass(inner, Parameters):
+                if below := inner.places(values):
+                    found[name] = below
+            elif name in values:
+                found[name] = values[name]
+        return found
+
 
 def _merged(base: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     out = dict(base)

@@ -26,6 +26,15 @@ PACKED = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 """Where the entry (i, j) of a symmetric 3x3 matrix stands in its packed upper triangle (xx, xy, xz, yy, yz, zz)."""
 
 
+NORTH = {
+    "true": ("true", "by the magnetic field at the start, less its declination"),
+    "magnetic": ("magnetic", "by the field at the start"),
+    "given": ("given", "by the heading that was given for the start"),
+    "none": ("unknown", "the start is along an East of its own"),
+}
+"""What North is, in a word and in words."""
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Steps:
     """The steps of a walker, one row each.
@@ -87,6 +96,7 @@ class Trajectory:
     packed_covariance : (N,18) upper triangles (xx xy xz yy yz zz) of the position (m²), velocity (m²/s²) and attitude (rad²,
         rotation vector in the navigation frame) covariances.
     steps : the steps of a hand's path, or None.
+    north : what North is, a key of `NORTH`: "true" by `initial.earth_field`, "given" by `initial.heading_deg`.
     diagnostics : arrays of N rows (or their own length, see the method's documentation) that explain the decisions.
     method, parameters : what was run; `parameters` is the full set that was used.
     warnings : what is suspicious about data or result.
@@ -100,6 +110,7 @@ class Trajectory:
     stance: NDArray[np.uint8]
     packed_covariance: Array
     steps: Steps | None = None
+    north: str = "none"
     diagnostics: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     method: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -180,6 +191,7 @@ class Trajectory:
             "closure_percent": 100 * closure / distance if distance > 0 else None,
             "start_m": [float(v) for v in self.position[0]],
             "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
+            "north": self.north,
             **({"stance_fraction": float(self.stance.mean())} if self.steps is None else {"steps": len(self.steps)}),
             "position_sd_m": [float(s) for s in self.position_sd[-1]],
             "processing_s": self.processing_s,

@@ -29,16 +29,21 @@ class MagneticParameters(Parameters):
         description="off: not used. reset: the attitude is replaced by TRIAD's (MAGINAV Table 2, state 3). heading: a measurement of the "
         "heading in the Kalman filter.",
     )
+    reference: Literal["earth", "start"] = Field(
+        default="earth",
+        description="The undisturbed field that the gates compare with. earth: `initial.earth_field` where it is given. start: always the "
+        "field at the start, for a magnetometer that was not calibrated.",
+    )
     norm_tolerance: float = Field(
         default=0.05,
         gt=0,
-        description="Gate: largest relative difference of the norm to the norm at the start (MAGINAV eqs 4-5). Larger: more samples "
+        description="Gate: largest relative difference of the norm to that of the reference (MAGINAV eqs 4-5). Larger: more samples "
         "pass, more disturbed ones too.",
     )
     inclination_tolerance: float = Field(
         default=math.radians(5),
         gt=0,
-        description="Gate: largest difference, rad, of the inclination to the one at the start; a field that was turned keeps its norm.",
+        description="Gate: largest difference, rad, of the inclination to that of the reference; a field that was turned keeps its norm.",
     )
     still_fraction: float = Field(
         default=0.1,

@@ -50,7 +50,7 @@ class Ahrs(Estimator[AhrsParameters, Attitude]):
             head[:, 7:10] = np.nan
         aimed = by_field(initial, head[:, 7:10])
         a = initial_alignment(head, aimed, rate_hz, p.gravity, 0.0, gap_s)
-        self.alignment = a = a if aimed is initial else replace(a, north="magnetic")
+        self.alignment = a = a if aimed is initial or a.field is None else replace(a, north="magnetic")
         self.warnings.extend(a.warnings)
         S = np.zeros(kernel.STATE_SIZE)
         S[kernel.Q : kernel.Q + 4] = a.attitude

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from bematist.ahrs.estimator import Ahrs
 from bematist.ahrs.parameters import GyroParameters, MadgwickParameters, MahonyParameters
 from bematist.attitudes import Attitude
 from bematist.config import look_up
+from bematist.earth import Earth, on_earth
 from bematist.errors import UsageError
 from bematist.estimator import Estimator
 from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
@@ -112,6 +113,7 @@ def attitude(
     filter: str = "madgwick",
     *,
     config: Mapping[str, Any] | None = None,
+    earth: Earth | Literal["recording"] | None = "recording",
     chunk: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **overrides: Any,
@@ -119,7 +121,7 @@ def attitude(
     """The attitudes of a recording by a named filter of `FILTERS`.
 
     config and overrides change parameters of the filter, nested: `attitude(r, "mahony", kp=1.0, initial={"heading_deg": 0.0})`. chunk feeds
-    that many samples at a time (the result is the same to the bit). progress is called with samples done and of all.
+    that many samples at a time (the result is the same to the bit). progress is called with samples done and of all. earth as for `track`.
 
     Raises
     ------
@@ -131,5 +133,5 @@ def attitude(
     if not isinstance(recording, Recording):
         raise UsageError(f"attitude takes a Recording, not {type(recording).__name__}: read the file first, attitude(read(path)).")
     f = find_filter(filter)
-    parameters = f.parameters.override(config or {}).override(overrides)
+    parameters = on_earth(f.parameters, recording, earth).override(config or {}).override(overrides)
     return f.make(parameters, name=f.name).run(recording, chunk=chunk, progress=progress)

@@ -1,6 +1,6 @@
 """The command line: `bematist COMMAND`. Commands read, call the rooms, and show; nothing is computed here."""
 
-from bematist.cli import allan, attitude, calibrate, compare, evaluate, files, look, reproduce, simulate, steps, track
+from bematist.cli import allan, attitude, calibrate, compare, earth, evaluate, files, look, reproduce, simulate, steps, track
 from bematist.cli.app import app, main
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     "attitude",
     "calibrate",
     "compare",
+    "earth",
     "evaluate",
     "files",
     "look",

@@ -34,6 +34,7 @@ ORDER = (
     "steps",
     "allan",
     "calibrate",
+    "earth",
     "methods",
     "convert",
     "export",

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
 from bematist import __version__, config
-from bematist.cli import options
+from bematist.cli import options, site
 from bematist.cli.app import app
 from bematist.cli.console import output, progress, seconds, table, warn
-from bematist.cli.job import changes_from, configured, judged_by
+from bematist.cli.job import Changes, configured, judged_by
 from bematist.cli.options import Reading
+from bematist.cli.site import Site
 from bematist.errors import DataError
 from bematist.outputs import results_folder, to_json
 
@@ -53,6 +54,8 @@ def attitude(
     calibration: options.Calibration = None,
     uncalibrated: options.Uncalibrated = False,
     heading: options.Heading = None,
+    origin: site.Origin = None,
+    date: site.Date = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     reference: options.ReferencePath = None,
     align: Annotated[
@@ -65,19 +68,22 @@ def attitude(
     Writes attitude.parquet, attitude.csv, summary.json, config.toml (everything that was used; give it back with --config)
     and report.html; where a true attitude is known, evaluation.json.
     """
+    from bematist.ahrs import find_filter
+
     kind = cast("Literal['none', 'yaw']", config.choose("alignment", align, ALIGNMENTS))
     stored, name = configured(configuration, "filter", filter, DEFAULT_FILTER)
     reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"), calibration=calibration, uncalibrated=uncalibrated)
-    parameters = _parameters(name, changes_from(stored.get("parameters", {}), sets, heading))
-    north = changes_from({}, None, heading)
-    others = {n: _parameters(n, north) for n in _others(compare, name)}
+    where = Site.given(origin, date)
+    changes = {name: Changes.of(stored.get("parameters", {}), sets, heading, where)}
+    changes |= {n: Changes.of({}, None, heading, where) for n in _others(compare, name)}
+    changes[name].check(find_filter(name).parameters)
     folder = options.folder_for(recording, output_folder, "-attitude")
     options.keep([recording, reference], [folder / file for file in FILES])
     with results_folder(folder) as place:
         with progress("reading", quiet=quiet):
             data = reading.read(recording)
         truth = options.read_truth(reference, data)
-        found = [_run(data, n, p, quiet=quiet) for n, p in {name: parameters, **others}.items()]
+        found = [_run(data, n, c, quiet=quiet) for n, c in changes.items()]
         judged = _judged(found, truth, kind, required=reference is not None)
         if isinstance(judged, str):
             found, judged = [replace(found[0], warnings=(*found[0].warnings, judged)), *found[1:]], []
@@ -89,12 +95,6 @@ def attitude(
         warn(w for a in found for w in a.warnings)
 
 
-def _parameters(name: str, changes: dict[str, Any]) -> Any:
-    from bematist.ahrs import find_filter
-
-    return config.changed(find_filter(name).parameters, changes)
-
-
 def _others(text: str | None, name: str) -> list[str]:
     from bematist.ahrs import FILTERS, find_filter
 
@@ -103,14 +103,16 @@ def _others(text: str | None, name: str) -> list[str]:
     return [find_filter(n).name for n in dict.fromkeys(names) if n != name]
 
 
-def _run(data: Recording, name: str, parameters: Any, *, quiet: bool) -> Attitude:
+def _run(data: Recording, name: str, changes: Changes, *, quiet: bool) -> Attitude:
     """The attitudes by one filter. DataError where it did not end in numbers."""
     import numpy as np
 
     from bematist.ahrs import attitude as compute
+    from bematist.ahrs import find_filter
 
     with progress(f"{name}", quiet=quiet) as tell:
-        found = compute(data, name, config=parameters.model_dump(), progress=lambda done, total: tell(done / max(total, 1)))
+        used = changes.on(find_filter(name).parameters, data).model_dump()
+        found = compute(data, name, config=used, earth=None, progress=lambda done, total: tell(done / max(total, 1)))
     lost = np.flatnonzero(~np.isfinite(found.attitude).all(1))
     if len(lost):
         raise DataError(

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bematist.cli import options, placing
+from bematist.cli import options, placing, site
 from bematist.cli.app import app
 from bematist.cli.console import output, progress, table, warn
-from bematist.cli.job import Job, changes_from, found_in, judge, noted
+from bematist.cli.job import Changes, Job, found_in, judge, noted
 from bematist.cli.options import Reading
 from bematist.cli.placing import Placing
 from bematist.cli.results import write_page, write_results
+from bematist.cli.site import Site
 from bematist.errors import UsageError
 from bematist.outputs import results_folder, to_json
 
@@ -49,6 +50,8 @@ def compare(
     calibration: options.Calibration = None,
     uncalibrated: options.Uncalibrated = False,
     heading: placing.Heading = None,
+    origin: site.Origin = None,
+    date: site.Date = None,
     start: placing.Start = None,
     plan: placing.Map = None,
     map_scale: placing.MapScale = None,
@@ -69,7 +72,7 @@ def compare(
     lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation)
     kind = lies.alignment(align)
     reading = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated)
-    changes = changes_from({}, sets, placing.heading_deg(heading))
+    changes = Changes.of({}, sets, placing.heading_deg(heading), Site.given(origin, date))
     named = [Job(name, changes).check() for name in method_names(methods)] if methods is not None else None
     folder = options.folder_for(recording, output_folder, "-compare")
     options.keep([recording, reference, plan], [folder / name for name in ("comparison.csv", "comparison.json", "report.html")])

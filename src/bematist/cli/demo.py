@@ -28,7 +28,7 @@ def run(folder: Path, scenario: str, seed: int, *, quiet: bool = False) -> None:
         write_reference(walk.reference, place / "truth.csv")
         # What is tracked is the file, as a user's recording would be.
         data = read(place / "recording.csv").replace(source="recording.csv")
-        trajectories = [Job(name, {}).run(data, quiet=quiet) for name in METHODS]
+        trajectories = [Job(name).run(data, quiet=quiet) for name in METHODS]
         evaluations = [judge(t, walk.reference, align="none") for t in trajectories]
         found = [e for e in evaluations if e is not None and not isinstance(e, str)]
         with progress("drawing", quiet=quiet):

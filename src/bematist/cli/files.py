@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from bematist import config
-from bematist.cli import options
+from bematist.cli import options, site
 from bematist.cli.app import app
 from bematist.cli.console import output, warn
 from bematist.cli.options import Reading
@@ -52,10 +52,7 @@ def export(
         str | None,
         typer.Option("--format", help="tum, geojson, gpx, csv or parquet; without it the suffix tells.", metavar="NAME"),
     ] = None,
-    origin: Annotated[
-        str | None,
-        typer.Option("--origin", help="Where 0, 0 of the path is: degrees, and height in m.", metavar="LAT,LON[,H]"),
-    ] = None,
+    origin: site.Origin = None,
     heading: Annotated[
         float | None,
         typer.Option("--heading", help="Heading of the path's East axis, degrees clockwise from North; 90 is true.", metavar="DEG"),
@@ -66,19 +63,12 @@ def export(
     if kind is None:
         raise UsageError(f"{out}: the suffix does not tell the format. Name it with --format, such as --format gpx.")
     kind = config.choose("format", kind, dict.fromkeys(EXPORTS.values()))
-    place = None if origin is None else _origin(origin)
+    place = None if origin is None else site.origin_of(origin)
     options.keep([trajectory], [out])
     from bematist.io import export as write
     from bematist.io import read_trajectory
 
     write(read_trajectory(trajectory), out, kind, origin=place, heading_deg=heading)
-
-
-def _origin(text: str) -> tuple[float, ...]:
-    found = options.numbers("--origin", text, (2, 3), "47.3769,8.5417,408 for latitude,longitude,height")
-    if not all(abs(n) <= most for n, most in zip(found, (90, 360, 1e5), strict=False)):
-        raise UsageError(f"--origin {text}: write it as latitude,longitude[,height], such as 47.3769,8.5417,408.")
-    return found
 
 
 @app.command()

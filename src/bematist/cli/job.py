@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from bematist import config
 from bematist.cli.console import progress
 from bematist.cli.options import ALIGNMENTS
+from bematist.cli.site import Site
 from bematist.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from bematist.evaluate import Evaluation
+    from bematist.parameters import Parameters
     from bematist.recording import Recording, Reference
     from bematist.trajectory import Trajectory
 
+    Model = TypeVar("Model", bound=Parameters)
 
 PLACING = ("start", "map")
 """Tables of a configuration that say where a path lies."""
@@ -26,29 +29,60 @@ Judged = TypeVar("Judged")
 
 
 @dataclass(frozen=True)
+class Changes:
+    """Parameters that differ from a method's own: of a configuration file, and given on the command line."""
+
+    stored: Mapping[str, Any] = field(default_factory=dict)
+    given: Mapping[str, Any] = field(default_factory=dict)
+    site: Site = field(default_factory=Site)
+
+    @classmethod
+    def of(cls, stored: Mapping[str, Any], sets: list[str] | None, heading: float | None, site: Site) -> Changes:
+        """From a configuration file, `--set`, `--heading`, `--origin` and `--date`."""
+        if heading is not None and not math.isfinite(heading):
+            raise UsageError(f"--heading {heading}: give degrees clockwise from North.")
+        north = {} if heading is None else {"initial": {"heading_deg": heading}}
+        return cls(stored, config.merge(config.with_rule(config.assignments(sets or [])), north), site)
+
+    def check(self, own: Model) -> Model:
+        """A method's own parameters, changed by all but what only a recording tells."""
+        return config.changed(own, config.merge(self.stored, self.given))
+
+    def on(self, own: Model, recording: Recording) -> Model:
+        """A method's own parameters, changed: by what the recording tells of the Earth, the configuration, `--origin`, and the rest."""
+        from bematist.earth import earth_of
+
+        told = earth_of(recording) if self.site.told else None
+        asked = self.site.earth(recording)
+        layers = ({} if earth is None else own.places(earth.values()) for earth in (told, asked))
+        return config.changed(own, config.merge(next(layers), self.stored, next(layers), self.given))
+
+
+@dataclass(frozen=True)
 class Job:
     """What is to be run: a method and the parameters that differ from its own."""
 
     method: str
-    changes: Mapping[str, Any]
+    changes: Changes = field(default_factory=Changes)
 
     def check(self) -> Job:
         """This job, when method and parameters exist and fit; a recording is only read after that."""
         from bematist.methods import find_method
 
-        config.changed(find_method(self.method).parameters, self.changes)
+        self.changes.check(find_method(self.method).parameters)
         return self
 
     def run(self, recording: Recording, *, chunk: int | None = None, quiet: bool = False) -> Trajectory:
         """The trajectory of a recording."""
         from bematist.methods import find_method, track
 
-        parameters = config.changed(find_method(self.method).parameters, self.changes)
+        parameters = self.changes.on(find_method(self.method).parameters, recording)
         with progress(f"tracking with {self.method}", quiet=quiet) as tell:
             found = track(
                 recording,
                 self.method,
                 config=parameters.model_dump(),
+                earth=None,
                 chunk=chunk,
                 progress=lambda done, total: tell(done / max(total, 1)),
             )
@@ -91,14 +125,6 @@ def configured(path: Path | None, what: str, wanted: str | None, default: str) -
             "parameters that are not yours from the file."
         )
     return stored, name
-
-
-def changes_from(stored: Mapping[str, Any], sets: list[str] | None, heading: float | None) -> dict[str, Any]:
-    """Parameters of a stored configuration, then `--set`, then `--heading`."""
-    if heading is not None and not math.isfinite(heading):
-        raise UsageError(f"--heading {heading}: give degrees clockwise from North.")
-    north = {} if heading is None else {"initial": {"heading_deg": heading}}
-    return config.merge(stored, config.with_rule(config.assignments(sets or [])), north)
 
 
 def judge(trajectory: Trajectory, truth: Reference | None, *, align: str = "yaw", required: bool = False) -> Evaluation | str | None:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bematist.cli import options, placing
+from bematist.cli import options, placing, site
 from bematist.cli.app import app
 from bematist.cli.console import facts, output, progress, seconds, warn
-from bematist.cli.job import Job, changes_from, configured, found_in, judge, noted
+from bematist.cli.job import Changes, Job, configured, found_in, judge, noted
 from bematist.cli.options import Reading
 from bematist.cli.results import FILES, write_results
+from bematist.cli.site import Site
 from bematist.outputs import results_folder
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ def track(
     calibration: options.Calibration = None,
     uncalibrated: options.Uncalibrated = False,
     heading: placing.Heading = None,
+    origin: site.Origin = None,
+    date: site.Date = None,
     start: placing.Start = None,
     plan: placing.Map = None,
     map_scale: placing.MapScale = None,
@@ -66,7 +69,7 @@ def track(
     """
     stored, name = configured(configuration, "method", method, DEFAULT_METHOD)
     reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"), calibration=calibration, uncalibrated=uncalibrated)
-    changes = changes_from(stored.get("parameters", {}), sets, placing.heading_deg(heading))
+    changes = Changes.of(stored.get("parameters", {}), sets, placing.heading_deg(heading), Site.given(origin, date))
     lies = placing.Placing.given(start, heading, plan, map_scale, map_origin, map_rotation, stored)
     kind = lies.alignment(align)
     job = Job(name, changes).check()
@@ -98,6 +101,8 @@ def _headline(summary: Mapping[str, Any]) -> str:
 
 def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation: Evaluation | None = None) -> list[tuple[str, str]]:
     """The summary for a person."""
+    from bematist.trajectory import NORTH
+
     percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
     east, north, up = summary["position_sd_m"]
     start = [round(v, 2) for v in summary["start_m"]]
@@ -106,6 +111,7 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
         *([("start", f"{start[0]:,.2f} m east, {start[1]:,.2f} m north, {start[2]:,.2f} m up")] if any(start) else []),
         ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
         ("height change", f"{summary['height_change_m']:+.2f} m"),
+        ("north", ", ".join(NORTH[summary["north"]])),
         ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),
         feet(summary, trajectory),
         ("processing", seconds(summary["processing_s"])),

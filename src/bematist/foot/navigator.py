@@ -62,7 +62,7 @@ class FootIns(Estimator[FootParameters, Trajectory]):
         p = self.parameters
         rate_hz = stance.sampling_rate(head[:, 0], p.initial.longest_s)
         gap_s = p.gap.seconds(rate_hz)
-        a = initial_alignment(head, p.initial, rate_hz, p.gravity, p.noise.angle_random_walk, gap_s)
+        a = initial_alignment(head, p.initial, rate_hz, p.gravity, p.noise.angle_random_walk, gap_s, p.earth_rate)
         self.alignment = a
         index, memory = stance.memory(p.stance, rate_hz)
         prm, warnings = kernel_parameters(p, a, rate_hz)
@@ -91,4 +91,5 @@ class FootIns(Estimator[FootParameters, Trajectory]):
     def _result(self, *results: NDArray[Any], **fields: Any) -> Trajectory:
         nav, diagnostics = results
         prm = None if self._state is None else self._state[3]
-        return trajectory(nav, diagnostics, prm, method=self.name, parameters=self.parameters.model_dump(), **fields)
+        used = self.parameters.model_dump()
+        return trajectory(nav, diagnostics, prm, method=self.name, parameters=used, north=self.north, **fields)

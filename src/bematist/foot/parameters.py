@@ -89,6 +89,10 @@ class FootParameters(Parameters):
         "(invariant Kalman filter), so that zero velocity says nothing of heading, which it cannot.",
     )
     gravity: float = Field(default=STANDARD_GRAVITY, gt=0, description="Local gravity, m/s².")
+    earth_rate: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Rotation of the Earth, rad/s, East, North, Up, taken out of the angular rate; none: left in the gyroscope's offset.",
+    )
     attitude: AttitudeParameters = AttitudeParameters()
     stance: StanceParameters = StanceParameters()
     zero_velocity: ZeroVelocityParameters = ZeroVelocityParameters()

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment
+from bematist.align import Alignment, disagreement
 from bematist.foot.parameters import AttitudeParameters, FootParameters
 from bematist.frames import matrix_from_quaternion
 from bematist.kernels import layout as kernel
@@ -41,6 +41,7 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     biases = p.states == 15
     prm = np.zeros(kernel.PARAMETERS)
     prm[kernel.G] = p.gravity
+    prm[kernel.EARTH_E : kernel.EARTH_U + 1] = a.earth_rate
     growth = rate_hz if p.noise.growth == "per-sample" else 1.0
     prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2 * growth
     prm[kernel.PSD_VELOCITY] = p.noise.velocity_random_walk**2 * growth
@@ -104,7 +105,6 @@ def workspace(p: FootParameters, a: Alignment, prm: Array, start: float) -> Arra
 
 
 def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
-    """The undisturbed field, MAGINAV eq 4 (erratum: averaged over the rest, not one sample)."""
     m = p.magnetic
     listening = p.attitude.propagation != "common" and p.attitude.magnetometer != "off"
     prm[kernel.TRIAD_PRINTED], prm[kernel.KEEP_COVARIANCE] = m.triad == "printed", m.covariance == "untouched"
@@ -118,16 +118,32 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
         if m.use == "reset" or listening:
             return ["The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."]
         return []
-    norm = float(np.linalg.norm(a.field))
-    horizontal = math.hypot(a.field[0], a.field[1])
+    field = _undisturbed(p, a.field)
+    norm = float(np.linalg.norm(field))
+    horizontal = math.hypot(field[0], field[1])
     if norm == 0 or horizontal < 0.05 * norm:
         if m.use != "off" or listening:
-            return ["The magnetic field at the start has no horizontal part that could give a heading: the magnetometer is not used."]
+            return ["The magnetic field has no horizontal part that could give a heading: the magnetometer is not used."]
         return []
     prm[kernel.MAGNETIC_USE] = _MAGNETIC_USE[m.use]
     prm[kernel.LISTEN] = _LISTEN[p.attitude.magnetometer] if listening else kernel.LISTEN_OFF
     prm[kernel.FIELD_NORM] = norm
-    prm[kernel.FIELD_INCLINATION] = -math.asin(a.field[2] / norm)
-    prm[kernel.FIELD_E : kernel.FIELD_U + 1] = a.field
-    prm[kernel.NORTH_E], prm[kernel.NORTH_N] = a.field[:2] / horizontal
-    return []
+    prm[kernel.FIELD_INCLINATION] = -math.asin(field[2] / norm)
+    prm[kernel.FIELD_E : kernel.FIELD_U + 1] = field
+    prm[kernel.NORTH_E], prm[kernel.NORTH_N] = field[:2] / horizontal
+    if p.initial.earth_field is None or (m.use == "off" and not listening):
+        return []
+    return [f"{w} With magnetic.reference=start those that look like the start are." for w in disagreement(a.field, field, m)]
+
+
+def _undisturbed(p: FootParameters, measured: Array) -> Array:
+    """The undisturbed field (3,), µT: the Earth's where it is given, else the mean over the rest.
+
+    MAGINAV eq 4 (erratum: averaged over the rest, not one sample). Where the heading is given, the field points as it did at the start.
+    """
+    if p.initial.earth_field is None or p.magnetic.reference == "start":
+        return measured
+    earth = np.array(p.initial.earth_field)
+    if p.initial.heading_deg is not None:
+        earth[:2] = measured[:2] * math.hypot(*earth[:2]) / max(math.hypot(*measured[:2]), 1e-12)
+    return earth

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.align import Alignment
-from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_euler, rotate, yaw_from_heading_deg
+from bematist.frames import conjugate, matrix_from_quaternion, multiply, quaternion_from_euler, rotate, yaw_from_heading_deg
 from bematist.hand.path_parameters import RIGHT, Axis, HandPdrParameters
 from bematist.kernels import pdr_layout as at
 from bematist.steps import CARRYING
@@ -85,9 +85,12 @@ def ahead(q: Array, p: HandPdrParameters) -> float:
 def pointed(a: Alignment, p: HandPdrParameters) -> Alignment:
     """An alignment whose given heading, or East where there is none, is that of the pointing axis instead of the sensor's x axis."""
     heading = p.initial.heading_deg
-    if a.north == "magnetic" or (a.north == "given" and heading is None):
+    if a.north in ("magnetic", "true"):
         return a
     wanted = 0.0 if heading is None else float(yaw_from_heading_deg(heading))
     turn = quaternion_from_euler(0.0, 0.0, wanted - ahead(a.attitude, p))
     field = None if a.field is None else matrix_from_quaternion(turn) @ a.field
-    return replace(a, attitude=multiply(turn, a.attitude), field=field)
+    attitude = multiply(turn, a.attitude)
+    # What the gyroscope reads at rest is its offset and the Earth's rotation, which points elsewhere in the body now.
+    moved = rotate(conjugate(a.attitude), a.earth_rate) - rotate(conjugate(attitude), a.earth_rate)
+    return replace(a, attitude=attitude, field=field, gyro_bias=a.gyro_bias + moved)

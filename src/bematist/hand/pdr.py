@@ -103,4 +103,6 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
         _, attitude, nav, diagnostics = results
         found = listed(self._steps)
         self._steps.clear()
-        return trajectory(nav, diagnostics, attitude, steps=found, method=self.name, parameters=self.parameters.model_dump(), **fields)
+        return trajectory(
+            nav, diagnostics, attitude, steps=found, north=self.north, method=self.name, parameters=self.parameters.model_dump(), **fields
+        )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment
+from bematist.align import Alignment, disagreement
 from bematist.frames import matrix_from_quaternion
 from bematist.hand.parameters import HandParameters, MagneticFieldParameters, QuasiStaticParameters, SpecificForceParameters
 from bematist.kernels import hand_layout as at
@@ -79,8 +79,7 @@ def kernel_parameters(p: HandParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[at.PROJECT] = own.normalise_covariance
     prm[at.CORRECTION], prm[at.REFERENCE] = _CORRECTION[own.correction], _REFERENCE[own.reference]
     prm[at.GAP_S], prm[at.GAP_RATE], prm[at.GAP_BALLISTIC_S] = p.gap.seconds(rate_hz), p.gap.rate_sd, p.gap.ballistic_s
-    if own.earth_rate is not None:
-        prm[at.RATE_E : at.RATE_U + 1] = own.earth_rate
+    prm[at.RATE_E : at.RATE_U + 1] = a.earth_rate
     prm[at.LEVEL_PSD], prm[at.LEVEL_SPREAD] = motion.gravity_density**2, motion.gravity_spread
     prm[at.HEADING_PSD], prm[at.HEADING_DIP] = motion.heading_density**2, motion.inclination_tolerance
     _set_detector(prm, at.MAGNETIC, own.magnetic)
@@ -113,7 +112,9 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     dip = p.attitude.magnetic.dip_tolerance
     prm[at.DIP_TOLERANCE] = math.inf if dip is None else dip
     prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * prm[at.EARTH_NORM]
-    return []
+    if p.initial.earth_field is None or a.field is None:
+        return []
+    return disagreement(a.field, np.array(field), p.attitude.motion)
 
 
 def initial_state(p: HandParameters, a: Alignment, head: Array) -> tuple[tuple[NDArray[Any], ...], list[str]]:

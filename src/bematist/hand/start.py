@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment, InitialParameters, aim, by_field, initial_alignment, level, north, rest_interval
+from bematist.align import Alignment, InitialParameters, aim, by_field, initial_alignment, known_rotation, level, north, rest_interval
 from bematist.errors import DataError
 from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_rotation_vector, rotate
 from bematist.hand.parameters import HandParameters
@@ -29,7 +29,8 @@ def start(head: Array, p: HandParameters, rate_hz: float) -> Alignment:
     initial = by_field(p.initial, head[:, 7:10])
     good = np.isfinite(head[:, 1:7]).all(1)
     if not good.any() or rest_interval(head, initial, rate_hz, p.gravity)[2]:
-        a = initial_alignment(head, initial, rate_hz, p.gravity, p.attitude.noise.angle_random_walk, gap_s)
+        own = p.attitude
+        a = initial_alignment(head, initial, rate_hz, p.gravity, own.noise.angle_random_walk, gap_s, own.earth_rate)
     else:
         a = _in_motion(head[good][: max(2, int(p.moving_start_s * rate_hz))], p, initial, rate_hz, gap_s)
     return a if initial is p.initial or a.field is None else replace(a, north="magnetic")
@@ -73,6 +74,7 @@ def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, rate_
         velocity_sd=1.5,
         rest=(0, 0),
         field=turn @ field if field is not None else None,
+        earth_rate=known_rotation(p.attitude.earth_rate, north(initial, field)),
         warnings=tuple(warnings),
         north=north(initial, field),
         rate_hz=rate_hz,

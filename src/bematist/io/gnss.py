@@ -35,5 +35,6 @@ def fixes(
     return Reference(
         time=time[rows],
         position=np.column_stack([east, north, up - up[0]]),
+        origin=(float(lat[0]), float(lon[0]), float(up[0])),
         note=f"{what}; about {lat[0]:.6f}°, {lon[0]:.6f}°{how}",
     )

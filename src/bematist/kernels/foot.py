@@ -13,7 +13,7 @@ from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BA, BG, ROW, Q, V, X
 from bematist.kernels.magnetic import magnetic_heading, set_attitude
 from bematist.kernels.pace import follow
-from bematist.kernels.rotation import exp_quaternion, matrix
+from bematist.kernels.rotation import exp_quaternion, in_body, matrix
 from bematist.kernels.strapdown import elapse, predict
 
 
@@ -55,6 +55,17 @@ def correct(S, prm, sd, reset, diag, k):
 
 
 @inlined
+def leave_earth(S, prm):
+    """Take the rotation of the Earth out of the angular rate in S[ROW:]: what is left is the rate against n, and the offset."""
+    e, n, u = prm[at.EARTH_E], prm[at.EARTH_N], prm[at.EARTH_U]
+    if e != 0 or n != 0 or u != 0:
+        r0, r1, r2 = in_body(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], e, n, u)
+        S[ROW + 4] -= r0
+        S[ROW + 5] -= r1
+        S[ROW + 6] -= r2
+
+
+@inlined
 def navigate(S, prm, statistic, limit, sd, nav, diag, k):
     """One sample, in S[ROW:], with its stance verdict: predict, correct, and write row k of the results."""
     for c in range(at.DIAG):
@@ -65,6 +76,7 @@ def navigate(S, prm, statistic, limit, sd, nav, diag, k):
     diag[k, at.GATE] = at.NO_SAMPLE
     diag[k, at.BRIDGED] = S[ROW + 10]
     if S[ROW + 10] < stance.MISSING:
+        leave_earth(S, prm)
         dt, diag[k, at.BRIDGED] = elapse(S, prm)
         reset = predict(S, prm, dt, sd > 0, statistic <= prm[at.STILL_FRACTION] * limit, diag, k)
         if sd > 0:

@@ -27,7 +27,7 @@ from bematist.kernels.hand_layout import (
 from bematist.kernels.hand_observe import observe, restart_turn
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BRIDGED_OVER
-from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
+from bematist.kernels.rotation import exp_quaternion, in_body, multiply, normalise
 
 
 @inlined
@@ -36,10 +36,8 @@ def turned_rate(S, prm):
     w0, w1, w2 = S[ROW + 4], S[ROW + 5], S[ROW + 6]
     e, n, u = prm[at.RATE_E], prm[at.RATE_N], prm[at.RATE_U]
     if e != 0 or n != 0 or u != 0:
-        C = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
-        w0 -= C[0] * e + C[3] * n + C[6] * u
-        w1 -= C[1] * e + C[4] * n + C[7] * u
-        w2 -= C[2] * e + C[5] * n + C[8] * u
+        r0, r1, r2 = in_body(S[Q], S[Q + 1], S[Q + 2], S[Q + 3], e, n, u)
+        w0, w1, w2 = w0 - r0, w1 - r1, w2 - r2
     return w0, w1, w2
 
 

@@ -85,8 +85,11 @@ WORKSPACE_SIZE = 520
     _,
     _,
     INVARIANT,
-) = range(NORTH_N + 1, NORTH_N + 27)
-PARAMETERS = INVARIANT + 1
+    EARTH_E,  # rotation of the Earth in n, rad/s (3)
+    EARTH_N,
+    EARTH_U,
+) = range(NORTH_N + 1, NORTH_N + 30)
+PARAMETERS = EARTH_U + 1
 
 COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 EXACT, FIRST_ORDER, FIRST_ORDER_MATRIX = 0.0, 1.0, 2.0

@@ -42,6 +42,13 @@ def normalise(w, x, y, z):
 
 
 @inlined
+def in_body(w, x, y, z, e, n, u):
+    """A vector of the navigation frame in the axes of the body with the unit quaternion of C_nb: C_nbᵀ v."""
+    C = matrix(w, x, y, z)
+    return C[0] * e + C[3] * n + C[6] * u, C[1] * e + C[4] * n + C[7] * u, C[2] * e + C[5] * n + C[8] * u
+
+
+@inlined
 def matrix(w, x, y, z):
     """The nine entries, row by row, of C_nb of a unit quaternion."""
     return (

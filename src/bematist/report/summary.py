@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bematist.report.subject import Subject
-from bematist.trajectory import Trajectory
+from bematist.trajectory import NORTH, Trajectory
 
 if TYPE_CHECKING:
     from bematist.evaluate import Evaluation
@@ -51,6 +51,7 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ("Height change", signed(s["height_change_m"], "m"), "end against start"),
         ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
         _feet(trajectory),
+        ("North", *NORTH[trajectory.north]),
         ("Processing", spent(s["processing_s"]), pace(trajectory)),
     ]
     if shares := paces(trajectory):

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.earth import rotation_rate
 from bematist.frames import conjugate, matrix_from_quaternion, multiply, quaternion_from_euler, rotate
 from bematist.simulate.parameters import Scenario
 from bematist.simulate.shape import Array, evaluated, shape_of
@@ -152,21 +153,35 @@ class Motion:
         return out
 
     def signals(self, time: Array) -> tuple[Array, Array]:
-        """Specific force (K,3), m/s², and angular rate (K,3), rad/s, in the sensor's axes at the times (K,), s."""
+        """Specific force (K,3), m/s², and angular rate (K,3), rad/s, in the sensor's axes at the times (K,), s.
+
+        Against the stars: where the Earth turns, its rate Ω is in the angular rate, and 2 Ω × v in the specific force.
+        """
         f, w = np.empty((len(time), 3)), np.zeros((len(time), 3))
         up = np.array([0.0, 0.0, self.scenario.gravity])
+        earth = self._earth_rate
         mounting = matrix_from_quaternion(self._mounting)
         still = mounting.T @ up
-        for rows, _, moving, m in self._blocks(time):
+        for rows, k, moving, m in self._blocks(time):
             f[rows] = still
             if len(moving):
                 f[moving] = _in_foot(m.angle, m.a + up) @ mounting
                 w[moving] = _body_rate(m) @ mounting
+            if earth.any():
+                angle = np.column_stack([np.zeros((len(k), 2)), self.yaw[k]])
+                angle[moving - rows.start] = m.angle
+                w[rows] += _in_foot(angle, np.broadcast_to(earth, angle.shape)) @ mounting
+                f[moving] += _in_foot(m.angle, 2 * np.cross(earth, m.v)) @ mounting
         return f, w
 
     @cached_property
     def _mounting(self) -> Array:
         return quaternion_from_euler(*np.radians(self.scenario.mounting_deg))
+
+    @cached_property
+    def _earth_rate(self) -> Array:
+        latitude = self.scenario.latitude_deg
+        return np.zeros(3) if latitude is None else np.array(rotation_rate(np.radians(latitude)))
 
     @cached_property
     def _rocks(self) -> Array:

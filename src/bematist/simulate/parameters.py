@@ -57,6 +57,9 @@ class Scenario(Parameters):
     gravity: float = Field(default=normal_gravity(ATHENS_LATITUDE_RAD, 150.0), description="Gravity, m/s².", gt=0)
     field_ut: float = Field(default=46.0, description="Earth's magnetic flux density, µT.", ge=0)
     inclination_deg: float = Field(default=53.0, description="Magnetic inclination, degrees below the horizon; declination is 0.")
+    latitude_deg: float | None = Field(
+        default=None, description="Latitude, degrees, of the Earth that turns below the walk; none: it does not turn.", ge=-90, le=90
+    )
     disturbed: bool = Field(default=True, description="Whether anything of the following is there; false leaves the Earth's field alone.")
     parked_cars: tuple[ParkedCars, ...] = Field(default=(), description="Stretches between parked cars, which bend the compass.")
     facades: tuple[Facade, ...] = Field(default=(), description="Walls with iron in them.")
