@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from bematist.io import read, read_floor_plan, read_reference
     from bematist.methods import METHODS, track
     from bematist.recording import Recording, Reference
+    from bematist.step_length import calibrate_steps
     from bematist.trajectory import Steps, Trajectory
 
 _HOME = {
@@ -73,6 +74,7 @@ _HOME = {
     "track": "methods",
     "Recording": "recording",
     "Reference": "recording",
+    "calibrate_steps": "step_length",
     "Steps": "trajectory",
     "Trajectory": "trajectory",
 }
@@ -100,6 +102,7 @@ __all__ = [
     "allan",
     "attitude",
     "calibrate",
+    "calibrate_steps",
     "earth_at",
     "evaluate",
     "evaluate_attitude",

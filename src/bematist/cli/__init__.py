@@ -1,6 +1,20 @@
 """The command line: `bematist COMMAND`. Commands read, call the rooms, and show; nothing is computed here."""
 
-from bematist.cli import allan, attitude, calibrate, compare, earth, evaluate, files, look, reproduce, simulate, steps, track
+from bematist.cli import (
+    allan,
+    attitude,
+    calibrate,
+    compare,
+    earth,
+    evaluate,
+    files,
+    look,
+    reproduce,
+    simulate,
+    step_length,
+    steps,
+    track,
+)
 from bematist.cli.app import app, main
 
 __all__ = [
@@ -16,6 +30,7 @@ __all__ = [
     "main",
     "reproduce",
     "simulate",
+    "step_length",
     "steps",
     "track",
 ]

@@ -35,6 +35,7 @@ ORDER = (
     "allan",
     "calibrate",
     "earth",
+    "step-length",
     "methods",
     "convert",
     "export",

@@ -35,11 +35,15 @@ def step_length(
     model: Annotated[
         str,
         typer.Option(
-            "--model", help="scale: one factor; line: a and c; full: a, b and c, of walkers of several heights.", metavar="auto|scale|line|full"
+            "--model",
+            help="scale: one factor; line: a and c; full: a, b and c, of walkers of several heights.",
+            metavar="auto|scale|line|full",
         ),
     ] = "auto",
     method: Annotated[str, typer.Option("--method", "-m", help="Method whose steps and headings are used.", metavar="NAME")] = "hand",
-    apart: Annotated[float, typer.Option("--apart", min=1.0, help="Fixes of a reference nearer than this are left out, s.", metavar="S")] = 10.0,
+    apart: Annotated[
+        float, typer.Option("--apart", min=1.0, help="Fixes of a reference nearer than this are left out, s.", metavar="S")
+    ] = 10.0,
     file: Annotated[Path, typer.Option("--output", "-o", help="File of the parameters.", metavar="FILE.toml")] = Path("step-length.toml"),
     axes: options.Axes = None,
     units: options.Units = None,
@@ -88,8 +92,10 @@ def step_length(
 def _rows(found: StepLengthCalibration) -> list[tuple[str, str]]:
     """What was found, for a person."""
     sds = found.covariance.diagonal() ** 0.5
-    values = [f"{name} = {value:.4f}" + (f" ± {sd:.4f}" if sd else "") for name, value, sd in zip("abc", (found.a, found.b, found.c), sds, strict=True)]
-    walked = f"{found.distance_m:,.1f} m in {found.steps:.0f} steps on {found.stretches} stretch(es), {found.residual_m:.2f} m rms left over"
+    named = zip("abc", (found.a, found.b, found.c), sds, strict=True)
+    values = [f"{name} = {value:.4f}" + (f" ± {sd:.4f}" if sd else "") for name, value, sd in named]
+    steps = f"{found.distance_m:,.1f} m in {found.steps:.0f} steps"
+    walked = f"{steps} on {found.stretches} stretch(es), {found.residual_m:.2f} m rms left over"
     return [
         ("model", found.model),
         ("parameters", ", ".join(values)),

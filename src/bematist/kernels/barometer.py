@@ -4,7 +4,7 @@ from bematist.kernels import pdr_layout as at
 from bematist.kernels.jit import apart, inlined
 
 LAPSE = 0.0065  # K/m
-EXPONENT = 0.190263  # R L / (M g0): 8.31446 J/mol/K, 0.0065 K/m, 0.0289644 kg/mol, 9.80665 m/s²
+EXPONENT = 8.31446 * LAPSE / (0.0289644 * 9.80665)  # R L / (M g0): J/mol/K, K/m, kg/mol, m/s²
 
 
 @inlined

@@ -1,0 +1,231 @@
+"""The path of a hand: against its plain twin, on walks whose truth is known, and with bad input."""
+
+import numpy as np
+import pytest
+
+import bematist as bm
+import twin_pdr
+from bematist.frames import multiply, quaternion_from_euler, quaternion_from_rotation_vector, rotate
+from bematist.hand import HandAttitude, HandPdr, HandPdrParameters
+from bematist.hand.path_setup import kernel_parameters, workspace
+from bematist.kernels import barometer, pdr
+from bematist.kernels import pdr_layout as at
+from bematist.kernels.rotation import matrix
+from bematist.simulate import simulate_hand
+from handheld import held
+
+HELD = held(6000)
+P = bm.METHODS["hand"].parameters
+PRM = {
+    **{name: getattr(P.step_length, name) for name in ("height", "a", "b", "c", "running_factor", "tread", "sd", "scale_sd")},
+    "direction_sd": P.direction.sd,
+    "direction_s": P.direction.time_s,
+    "step_sd": P.direction.step_sd,
+    "heading_s": P.direction.heading_time_s,
+}
+
+
+# -- against the twin ----------------------------------------------------------------------------------------------------
+
+
+def test_the_path_of_the_kernel_is_the_twins():
+    t = bm.track(HELD, "hand")
+    twin = twin_pdr.Path(PRM)
+    variance = heading_variance(t)
+    assert len(t.steps) > 30
+    for k in range(len(t.steps)):
+        s = twin_pdr.step_length(PRM, t.steps.frequency[k], t.steps.motion[k])
+        assert s == pytest.approx(t.steps.length[k], rel=1e-12)
+        twin.step(t.steps.time[k], s, t.steps.direction[k], variance(t.steps.time[k]))
+    np.testing.assert_allclose(t.position[-1, :2], twin.p, rtol=1e-9)
+    P = t.covariance[-1, :2, :2].copy()
+    u = np.array([np.cos(t.steps.direction[-1]), np.sin(t.steps.direction[-1])])
+    share = 1 / 3 if t.diagnostics["step_frequency"][-1] > 0 else 1 / 12
+    P -= share * t.steps.length[-1] ** 2 * np.outer(u, u)
+    np.testing.assert_allclose(P, twin.P[:2, :2], rtol=2e-3)  # the heading's variance is kept every 40 ms only
+
+
+def heading_variance(t):
+    """Variance of the heading of the y axis (levelled) over time."""
+    d = rotate(t.attitude, np.tile([0.0, 1.0, 0.0], (len(t), 1)))
+    k = d[:, 2] / (d[:, 0] ** 2 + d[:, 1] ** 2)
+    J = np.stack([-k * d[:, 0], -k * d[:, 1], np.ones(len(t))], 1)
+    v = np.einsum("ni,nij,nj->n", J, t.attitude_covariance, J)
+    return lambda when: np.interp(when, t.time, v)
+
+
+def test_the_gradient_of_the_heading_is_its_derivative():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        q = quaternion_from_euler(*rng.uniform(-1, 1, 3))
+        d = rotate(q, np.array([0.0, 1.0, 0.0]))
+        g = np.array(pdr.heading_gradient(*d))
+        for i in range(3):
+            psi = np.zeros(3)
+            psi[i] = 1e-6
+            turned = rotate(multiply(quaternion_from_rotation_vector(psi), q), np.array([0.0, 1.0, 0.0]))
+            change = np.arctan2(turned[1], turned[0]) - np.arctan2(d[1], d[0])
+            assert change / 1e-6 == pytest.approx(g[i], abs=1e-5)
+
+
+def test_the_jacobian_of_a_step_is_its_derivative():
+    """The covariance that a step makes of a unit matrix is J Jᵀ, with J by finite differences of the plain step."""
+    rng = np.random.default_rng(1)
+    for _ in range(10):
+        s, theta = rng.uniform(0.3, 1.0), rng.uniform(-3, 3)
+        J = np.stack([(twin_pdr.moved(h, s, theta) - twin_pdr.moved(-h, s, theta)) / 2e-6 for h in 1e-6 * np.eye(5)], 1)
+        W = workspace(P)
+        W[: at.WIDTH**2] = np.eye(at.WIDTH).ravel()
+        prm = np.zeros(at.PARAMETERS)
+        pdr.add_step(W, prm, s, np.cos(theta), np.sin(theta))
+        np.testing.assert_allclose(W[: at.WIDTH**2].reshape(5, 5), J @ J.T, atol=1e-8)
+
+
+def test_the_height_of_the_kernel_is_the_twins():
+    keep = np.isfinite(HELD.pressure)
+    a = P.altitude
+    twin = twin_pdr.heights(HELD.pressure_time[keep], HELD.pressure[keep], a.sd, a.walk, a.climb, a.temperature_c + 273.15)
+    W, prm = workspace(P), kernel_parameters(P, 0.1)
+    for k, (t, pressure) in enumerate(zip(HELD.pressure_time, HELD.pressure, strict=True)):
+        barometer.measure_height(W, prm, t, pressure)
+        assert (W[at.UP], W[at.P_HEIGHT]) == pytest.approx(tuple(twin[k]), rel=1e-9, abs=1e-12)
+
+
+def test_ahead_of_a_raised_phone_is_its_back():
+    prm = kernel_parameters(P, 0.1)
+    for pitch, yaw in ((0.0, 0.3), (60.0, 1.0), (89.0, -2.0), (91.0, 2.0), (-85.0, 0.5)):
+        q = multiply(quaternion_from_euler(0.0, 0.0, yaw - np.pi / 2), quaternion_from_euler(np.radians(pitch), 0.0, 0.0))
+        W, row = workspace(P), np.zeros((1, 11))
+        pdr.look_ahead(W, prm, matrix(*q), row, 0, 0)
+        assert np.arctan2(W[at.AHEAD_N], W[at.AHEAD_E]) == pytest.approx(yaw, abs=1e-9)
+
+
+def test_the_attitude_is_that_of_the_filter():
+    """Bit for bit: steps and path change nothing in it."""
+    alone = HandAttitude(bm.FILTERS["hand"].parameters).run(HELD)
+    np.testing.assert_array_equal(alone.attitude, bm.track(HELD, "hand").attitude)
+
+
+# -- walks whose truth is known ------------------------------------------------------------------------------------------
+
+
+def walks(n, **changes):
+    """Simulated walkers whose steps and hands differ from the published ones as the parameters say."""
+    rng = np.random.default_rng(7)
+    for seed in range(n):
+        k = 1 + P.step_length.scale_sd * rng.standard_normal()
+        own = {"step_a": P.step_length.a * k, "step_b": P.step_length.b * k, "step_c": P.step_length.c * k}
+        turned = {"misalignment_sd_deg": np.degrees(P.direction.sd)}
+        yield simulate_hand("short", "texting", "phone", seed=seed, **{**own, **turned, "length_m": 120.0, **changes})
+
+
+def test_the_position_is_as_sure_as_it_says():
+    """NEES in the plan at four times of 24 walks; the simulated hand keeps its angle, so that the direction's error is a constant."""
+    nees, height = [], []
+    for made in walks(24):
+        t = bm.track(made.recording, "hand", direction={"time_s": np.inf})
+        error = t.position - made.recording.reference.position
+        for share in (0.25, 0.5, 0.75, 0.999):
+            k = int(share * len(t))
+            nees.append(error[k, :2] @ np.linalg.solve(t.covariance[k, :2, :2], error[k, :2]))
+        height.append(error[-1, 2] / t.position_sd[-1, 2])
+    assert 0.8 < np.mean(nees) < 3.5  # 2 expected
+    assert np.mean(np.array(nees) > 13.8) < 0.03  # a thousandth expected
+    assert np.sqrt(np.mean(np.square(height))) < 1.5
+
+
+def test_a_walker_of_the_model_arrives():
+    made = simulate_hand("short", "texting", "phone", seed=3, length_m=200.0)
+    t = bm.track(made.recording, "hand")
+    assert abs(len(t.steps) - len(made.steps.time)) <= 2
+    assert t.distance_m == pytest.approx(200, rel=0.02)
+    assert bm.evaluate(t, made.recording.reference, align="origin").ate_plan_m < 6
+    assert t.summary()["steps"] == len(t.steps) == int(t.diagnostics["steps_counted"].sum())
+    turns = np.angle(np.exp(1j * (t.steps.direction - made.direction_at(t.steps.time))))
+    assert np.abs(np.median(turns)) < np.radians(6)
+
+
+@pytest.mark.parametrize(("carry", "axis"), [("phoning", "-x"), ("swinging", "y"), ("pocket", "z")])
+def test_each_way_of_carrying_has_its_axis(carry, axis):
+    made = simulate_hand("short", carry, "phone", seed=1, length_m=60.0)
+    t = bm.track(made.recording, "hand")
+    assert getattr(P.direction, carry) == axis
+    assert (t.steps.carrying == carry).mean() > 0.9
+    turns = np.angle(np.exp(1j * (t.steps.direction - made.direction_at(t.steps.time))))
+    assert np.abs(np.median(turns)) < np.radians(12)
+
+
+def test_stairs_and_a_slope_have_their_height():
+    slope = held(6000)
+    t = bm.track(slope, "hand")
+    assert t.position[-1, 2] == pytest.approx(0.1 * (t.time[-1] - 6), abs=0.4)
+    flat = bm.track(slope.replace(pressure_time=[], pressure=[]), "hand")
+    assert not flat.position[:, 2].any() and flat.position_sd[-1, 2] > 0.3
+    np.testing.assert_array_equal(bm.track(slope, "hand", altitude={"barometer": False}).position, flat.position)
+
+
+# -- choices -------------------------------------------------------------------------------------------------------------
+
+
+def test_without_north_the_path_starts_along_east():
+    made = simulate_hand("straight", "texting", "phone", seed=0)
+    blind = made.recording.replace(magnetic_time=[], magnetic_flux_density=np.empty((0, 3)))
+    t = bm.track(blind, "hand")
+    assert np.abs(t.steps.direction[:10]).max() < np.radians(15)
+    south = bm.track(blind, "hand", initial={"heading_deg": 180.0})
+    assert np.abs(np.angle(np.exp(1j * (south.steps.direction[:10] + np.pi / 2)))).max() < np.radians(15)
+
+
+def test_a_taller_walker_and_an_offset():
+    t = bm.track(HELD, "hand")
+    tall = bm.track(HELD, "hand", step_length={"height": 1.95})
+    np.testing.assert_allclose(tall.steps.length - t.steps.length, 0.2 * (P.step_length.a * t.steps.frequency + P.step_length.b), rtol=1e-9)
+    left = bm.track(HELD, "hand", direction={"offset": 0.5})
+    np.testing.assert_allclose(np.angle(np.exp(1j * (left.steps.direction - t.steps.direction))), 0.5, atol=1e-9)
+
+
+def test_rows_may_leave_out_the_pressure():
+    own, ten = HandPdr(P), HandPdr(P)
+    a = own.update(HELD.replace(pressure_time=[], pressure=[]).samples(pressure=True))
+    b = ten.update(HELD.samples())
+    np.testing.assert_array_equal(a.position, b.position)
+    with pytest.raises(bm.UsageError, match=r"\(n,10\)"):
+        ten.update(np.zeros((3, 12)))
+
+
+# -- bad input -----------------------------------------------------------------------------------------------------------
+
+
+def test_no_steps_are_said():
+    n = 3000
+    rng = np.random.default_rng(0)
+    still = bm.Recording(
+        time=np.arange(n) / 100,
+        specific_force=np.tile([0, 0, 9.8], (n, 1)) + rng.normal(0, 0.02, (n, 3)),
+        angular_rate=rng.normal(0, 1e-3, (n, 3)),
+    )
+    t = bm.track(still, "hand")
+    assert not t.position[:, :2].any() and t.distance_m == 0 and t.summary()["steps"] == 0
+    assert any("No step" in w for w in t.warnings)
+    assert t.steps.to_polars().is_empty()
+
+
+@pytest.mark.parametrize("n", [2, 3, 20, 200])
+def test_a_very_short_recording(n):
+    r = HELD.replace(time=HELD.time[:n], specific_force=HELD.specific_force[:n], angular_rate=HELD.angular_rate[:n], reference=None)
+    t = bm.track(r, "hand")
+    assert len(t) == n and np.isfinite(t.position).all() and np.isfinite(t.packed_covariance).all()
+
+
+def test_gaps_end_no_path():
+    keep = np.ones(6000, bool)
+    keep[3000:3400] = False
+    r = HELD.replace(time=HELD.time[keep], specific_force=HELD.specific_force[keep], angular_rate=HELD.angular_rate[keep], reference=None)
+    t = bm.track(r, "hand")
+    assert np.isfinite(t.position).all()
+    assert any("gap" in w and "path" in w for w in t.warnings)
+    assert len(bm.track(HELD, "hand").steps) - len(t.steps) in range(2, 10)
+
+
+def test_parameters_are_those_of_the_method():
+    assert HandPdrParameters().override({"attitude": P.attitude.model_dump(), "heading_sd": P.heading_sd}) == P
