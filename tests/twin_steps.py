@@ -114,8 +114,8 @@ class Walk:
         self.frequency = 0.0
         self.waiting: list[tuple[float, float]] = []
 
-    def count(self, times, short):
-        self.last, self.quiet, self.frequency = times[-1], short, 1 / self.period
+    def count(self, times, short, period):
+        self.last, self.quiet, self.frequency = times[-1], short, 1 / period
         return [(t, self.frequency) for t in times]
 
     def consider(self, t, size, short, period, score, demand):
@@ -128,7 +128,7 @@ class Walk:
             target = since if since < (1 + p.irregularity) * self.period else period if score >= demand else self.period
             self.period = max(1 / p.fastest_hz, 0.7 * self.period + 0.3 * target)
             self.size = 0.8 * self.size + 0.2 * size
-            return self.count([t - since / 2, t] if missed else [t], short)
+            return self.count([t - since / 2, t] if missed else [t], short, self.period)
         if self.waiting:
             since = t - self.waiting[-1][0]
             if since < 0.8 / p.fastest_hz:
@@ -149,7 +149,7 @@ class Walk:
         if abs(mean - period) > 0.5 * p.irregularity * period or chain < need:
             return []
         self.walking, self.period, self.size, self.waiting = True, max(1 / p.fastest_hz, mean), usual, []
-        return self.count(list(times[-chain:]), short)
+        return self.count(list(times[-chain:]), short, period)
 
     def pause(self, t, short):
         if self.walking:

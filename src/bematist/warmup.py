@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import bematist
-from bematist import clockfit
+from bematist import clockfit, steps
 from bematist.ahrs import attitude
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
 from bematist.calibrate.turning import turned
@@ -38,9 +38,10 @@ def foot() -> None:
 
 
 def attitudes() -> None:
-    """The attitude filters, and the path of a hand, which begins with one."""
+    """The attitude filters, the path of a hand, which begins with one, and the steps alone."""
     attitude(still())
     HandPdr().run(still())
+    steps.analyse(still())
 
 
 def noise() -> None:

@@ -42,9 +42,9 @@ def _consider(S, prm, t, size, new):
         S[at.STEP_PERIOD] = max(1 / prm[at.FASTEST_HZ], period + 0.3 * (seen - period))
         if since > (2 - prm[at.IRREGULARITY]) * period:
             # One between them had no peak of its own, as where the device is taken elsewhere; one walked on all the time.
-            new = _count(S, t - 0.5 * since, size, new)
+            new = _count(S, t - 0.5 * since, size, S[at.STEP_PERIOD], new)
         S[at.STEP_SIZE] += 0.2 * (size - S[at.STEP_SIZE])
-        return _count(S, t, size, new)
+        return _count(S, t, size, S[at.STEP_PERIOD], new)
     waiting = int(S[at.PENDING_COUNT])
     if waiting > 0:
         o = at.PENDING + at.EVENT * (waiting - 1)
@@ -94,21 +94,22 @@ def _confirm(S, prm, new):
         return new
     S[at.WALKING_NOW] = 1.0
     S[at.STEP_PERIOD], S[at.STEP_SIZE] = max(1 / prm[at.FASTEST_HZ], mean), size
+    # Their peaks come while the band pass still finds the pace; the autocorrelation knows it already.
     for i in range(first, n):
         o = at.PENDING + at.EVENT * i
-        new = _count(S, S[o + at.EVENT_TIME], S[o + at.EVENT_SIZE], new)
+        new = _count(S, S[o + at.EVENT_TIME], S[o + at.EVENT_SIZE], period, new)
     S[at.PENDING_COUNT] = 0.0
     return new
 
 
 @inlined
-def _count(S, t, size, new):
-    """A step at t, written after those that this sample has already."""
+def _count(S, t, size, period, new):
+    """A step at t, written after those that this sample has already; its frequency is 1 / period."""
     if new == at.MAX_NEW:
         return new
     o = at.EVENTS + at.EVENT * new
     S[o + at.EVENT_TIME], S[o + at.EVENT_SIZE] = t, size
-    S[o + at.EVENT_FREQUENCY] = S[at.FREQUENCY] = 1 / S[at.STEP_PERIOD]
+    S[o + at.EVENT_FREQUENCY] = S[at.FREQUENCY] = 1 / period
     S[at.LAST_EVENT] = t
     S[at.QUIET] = S[at.SHORT]
     S[at.COUNT] += 1
