@@ -192,7 +192,7 @@ def test_the_calibrated_recording_is_what_an_ideal_sensor_says(made, found):
 
 
 def test_errors_are_as_large_as_claimed():
-    """Twelve sensors: what is claimed is what is found, and that is the Cramér-Rao bound of the equations at the truth."""
+    """Twelve runs: the errors are as large as claimed (against the Cramér-Rao bound: benchmarks/calibration.py)."""
     scores = {name: [] for name in ("accelerometer", "gyroscope", "magnetometer")}
     for seed in range(12):
         run = tumbled(seed, full_turns=False)

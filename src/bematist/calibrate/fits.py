@@ -21,6 +21,10 @@ FIELD = (0.25, 4.0)
 """Middle of the field over that of the calibration: indoors it is half or twice, nowhere a quarter or four times."""
 
 
+UNEVEN = 0.08
+"""Scatter of the calibrated field's length over the field, beyond which it is said."""
+
+
 def check(calibration: Calibration, recording: Recording) -> None:
     """Raise DataError where the recording cannot be one of the device, axes, channel and units that were calibrated."""
     made, own = calibration.sensing, recording.sensing
@@ -42,6 +46,22 @@ def check(calibration: Calibration, recording: Recording) -> None:
         raise DataError(f"{name}: the calibration was made for {which}, and this recording was read otherwise. See --uncalibrated.")
     _check_force(calibration, recording, name, source)
     _check_field(calibration, recording, name, source)
+
+
+def doubts(calibration: Calibration, calibrated: Recording) -> list[str]:
+    """What a calibrated recording makes doubtful of the calibration."""
+    sensor = calibration.sensors.get("magnetometer")
+    if sensor is None or not calibrated.has_magnetometer:
+        return []
+    size = np.linalg.norm(calibrated.magnetic_flux_density, axis=1)
+    scatter = float(np.nanstd(size)) / sensor.length
+    if scatter < UNEVEN:
+        return []
+    return [
+        f"Calibrated, the magnetic flux density scatters by {100 * scatter:.0f} % of the calibration's {sensor.length:.4g} µT: either "
+        "there is iron along the way, or the hard iron is no longer what it was. That of a phone changes from day to day: calibrate just "
+        "before the walk."
+    ]
 
 
 def _axes(axes: str) -> str:

@@ -99,16 +99,17 @@ class Calibration:
         DataError
             The recording is not of the device, axes, channel or units that the calibration was made for.
         """
-        from bematist.calibrate.fits import check
+        from bematist.calibrate.fits import check, doubts
 
         check(self, recording)
         changes = {QUANTITIES[name]: s.apply(getattr(recording, QUANTITIES[name])) for name, s in self.sensors.items()}
         names = ", ".join(self.sensors)
-        return recording.replace(
+        found = recording.replace(
             **changes,
             sensing=recording.sensing.replace(calibration=self.source or "given"),
             notes=(*recording.notes, f"Calibration: {names} calibrated from {Path(self.source).name or 'a recording'}"),
         )
+        return found.replace(warnings=(*found.warnings, *doubts(self, found)))
 
     def save(self, path: str | Path) -> None:
         """Write the calibration as TOML."""

@@ -104,7 +104,8 @@ def _prepare(given: list[Recording], request: Request) -> _Prepared:
         except DataError as error:
             if set(for_sensors) & set(request.sensors):
                 raise
-            failures.append(str(error))
+            if not request.sensors:
+                failures.append(str(error))
             return None
 
     rests = find_rests(given)
