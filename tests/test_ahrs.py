@@ -244,3 +244,32 @@ def test_unknown_names_and_nothing():
     empty = bm.Recording(time=np.empty(0), specific_force=np.empty((0, 3)), angular_rate=np.empty((0, 3)))
     with pytest.raises(bm.DataError, match="0 sample"):
         bm.attitude(empty)
+
+
+def test_a_page_from_python(tmp_path):
+    r, truth = turning(1500)
+    reference = bm.Reference(time=r.time, position=np.full((len(r), 3), np.nan), attitude=truth)
+    found = bm.attitude(r, "mahony")
+    found.report(tmp_path / "a.html")
+    plain = (tmp_path / "a.html").read_text("utf-8")
+    found.report(tmp_path / "b.html", reference, align="yaw")
+    judged = (tmp_path / "b.html").read_text("utf-8")
+    assert "Heading" in plain and "rms [yaw]" not in plain and "rms [yaw]" in judged
+
+
+def test_compiling_is_no_processing():
+    import time
+
+    from bematist.kernels.jit import kernel, stopwatch
+
+    def fresh(x):
+        return x + 1.0
+
+    made_now = kernel(fresh)
+    made_now.enable_caching = False
+    with stopwatch() as seconds:
+        started = time.perf_counter()
+        assert made_now(1.0) == 2.0
+        compiled = time.perf_counter() - started
+        time.sleep(0.05)
+        assert 0.04 < seconds() < 0.05 + 0.5 * compiled

@@ -82,7 +82,7 @@ def test_kernels_import_nothing_of_ours(module: str) -> None:
 
 @pytest.mark.parametrize("module", [m for m in MODULES if room(m) in DATA_TYPES])
 def test_data_types_know_no_estimator_and_no_command(module: str) -> None:
-    allowed = {"report"} if module == "bematist.trajectory" else set()  # `trajectory.report()` is a contract
+    allowed = {"report"} if module in ("bematist.trajectory", "bematist.attitudes") else set()  # `trajectory.report()` is a contract
     assert not rooms_used(module) & (ESTIMATORS | SHOWING | {"io", "evaluate", "simulate"}) - allowed
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ import bematist
 from bad_walk import csv, walk
 from bematist import config
 from bematist.cli import main
+from bematist.cli.job import judge, noted
+from bematist.cli.track import error_text
 from bematist.errors import DataError, UsageError
 from bematist.outputs import results_folder, to_json, whole_file
 from bematist.trajectory import COLUMNS
@@ -126,7 +129,9 @@ def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> Non
         (["export", "walk.csv", "walk.gpx", "--origin", "here"], "latitude,longitude"),
         (["export", "walk.csv", "walk.gpx", "--origin", "95,0"], "latitude,longitude"),
         (["simulate", "-o", "sim", "--scenario", "campos"], "campus"),
-        (["simulate", "-o", "sim", "--sensor", "lsm9ds"], "lsm9ds1"),
+        (["simulate", "-o", "sim", "--sensor", "lsm9ds"], "Did you mean lsm9ds1?"),
+        (["simulate", "-o", "sim", "--gait", "rum"], "Did you mean run?"),
+        (["simulate", "-o", "sim", "--set", "rate_hx=3"], "Did you mean rate_hz?"),
     ],
 )
 def test_wrong_usage(args: list[str], says: str, recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -335,6 +340,31 @@ def test_reference_is_judged(recording: Path, truth: Path, capsys: pytest.Captur
     assert found["ate_rmse_2d_m"] < 0.1
 
 
+def test_a_mirrored_reference_and_one_of_another_walk_are_told(recording: Path, truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["track", "walk.csv", "-o", "out", "-q"]) == 0
+    path = bematist.io.read_trajectory("out")
+    right = bematist.read_reference("truth.csv")
+    bent = right.position + np.array([[0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, 0]])
+    far = replace(right, position=5 * bent, mirrored=True)
+    found = judge(path, far)
+    assert found is not None and not isinstance(found, str)
+    assert "times as long" in noted(path, found).warnings[-1]
+    assert ("mirrored" in error_text(found)) == found.alignment.mirrored
+    flipped = judge(path, replace(far, position=far.position * [-1, 1, 1]))
+    assert flipped is not None and not isinstance(flipped, str) and flipped.alignment.mirrored != found.alignment.mirrored
+    Path("other.csv").write_text("time,east,north\n0,0,0\n3,0,30\n6,0,60\n")
+    assert main(["track", "walk.csv", "-o", "two", "--reference", "other.csv"]) == 0
+    assert "times as long as the reference" in capsys.readouterr().err
+
+
+def test_without_a_magnetometer_no_rest_is_blamed(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = walk()
+    Path("bare.csv").write_text(csv({name: values for name, values in columns.items() if name not in ("mx", "my", "mz")}))
+    assert main(["track", "bare.csv", "-m", "maginav", "-o", "bare"]) == 0
+    said = capsys.readouterr().err
+    assert "there is no sample of it: it is not used" in said
+
+
 def test_results_never_replace_the_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recording.rename("trajectory.csv")
     before = Path("trajectory.csv").read_bytes()
@@ -413,7 +443,8 @@ def test_methods(capsys: pytest.CaptureFixture[str]) -> None:
     from bematist.methods import METHODS
 
     assert main(["methods"]) == 0
-    assert all(name in capsys.readouterr().out for name in ["maginav"])
+    said = capsys.readouterr().out
+    assert all(name in said for name in METHODS)
     assert main(["methods", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [row["name"] for row in found] == list(METHODS)

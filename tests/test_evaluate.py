@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bematist.attitudes import Attitude
 from bematist.errors import DataError, UsageError
-from bematist.evaluate import align_path, evaluate, footfalls, match_footfalls, nees, nees_bounds
+from bematist.evaluate import align_path, evaluate, evaluate_attitude, footfalls, match_footfalls, nees, nees_bounds
 from bematist.evaluate.metrics import attitude_error, distance_along, relative_error, rotate_packed
 from bematist.evaluate.pairing import _assign
 from bematist.frames import matrix_from_quaternion, multiply, quaternion_from_euler, quaternion_from_rotation_vector
@@ -414,3 +415,41 @@ def test_a_straight_path_leaves_roll_free_and_se3_says_so():
     with pytest.raises(DataError, match="align with yaw"):
         evaluate(trajectory(p), reference(p), align="se3")
     assert evaluate(trajectory(p), reference(p), align="yaw").to_dict()["ate_rmse_3d_m"] < 1e-9
+
+
+def test_a_reference_of_another_walk_is_doubted():
+    p = path(400) * 3
+    assert not evaluate(trajectory(p), reference(p)).doubts
+    longer = evaluate(trajectory(p), reference(2.5 * p))
+    assert "0.4 times as long" in longer.doubts[0] and longer.doubts[0] in longer.notes
+    # As long, but back and forth.
+    there_and_back = np.column_stack([np.abs(np.arange(400) % 20 - 10.0), np.zeros(400), np.zeros(400)])
+    straight = np.column_stack([np.arange(400.0), np.zeros(400), np.zeros(400)])
+    assert "reaches over" in evaluate(trajectory(there_and_back), reference(straight)).doubts[0]
+    late = evaluate(trajectory(p), reference(p, time=np.arange(400) * 0.1 + 30))
+    assert any("Only 100 of 400 points" in d for d in late.doubts)
+    tiny = path(400) * 1e-3
+    assert not evaluate(trajectory(tiny), reference(2.5 * tiny)).doubts
+
+
+def test_no_percentages_of_a_path_of_a_hand_width():
+    p = np.column_stack([np.linspace(0, 0.2, 50), np.zeros(50), np.zeros(50)])
+    e = evaluate(trajectory(p), reference(p))
+    assert e.closure_percent is None and e.end_point_percent is None and e.closure_m == pytest.approx(0.2)
+    assert not any("%" in unit and "distance" in unit for _, _, unit in e.table())
+    assert trajectory(p).summary()["closure_percent"] is None
+    assert evaluate(trajectory(50 * p), reference(50 * p)).closure_percent == pytest.approx(100)
+
+
+def test_a_constant_rotation_on_either_side_is_taken_out():
+    rng = np.random.default_rng(3)
+    t = np.arange(2000) * 0.01
+    q = quaternion_from_euler(np.sin(t), 0.6 * np.sin(1.3 * t + 1), 0.4 * t)
+    left, right = quaternion_from_euler(0.02, -0.03, 2.5), quaternion_from_euler(2.0, 0.8, -1.0)
+    noise = np.radians(1.0) * rng.standard_normal((2000, 3))
+    true = multiply(multiply(left, multiply(quaternion_from_rotation_vector(noise), q)), right)
+    estimate = Attitude(time=t, attitude=q, gyro_bias=np.zeros((2000, 3)))
+    known = Reference(time=t, position=np.full((2000, 3), np.nan), attitude=true)
+    assert np.degrees(evaluate_attitude(estimate, known, "yaw").error.total) > 20
+    found = evaluate_attitude(estimate, known, "frames")
+    assert np.degrees(found.error.total) == pytest.approx(3**0.5, rel=0.05) and np.degrees(found.error.heading) == pytest.approx(1, rel=0.1)

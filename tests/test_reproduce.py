@@ -303,3 +303,10 @@ def test_every_variant_is_one_the_methods_know():
             shipped = find_method(method).parameters
             assert (shipped.override(changes) == shipped) is (choice == sensitivity.BASELINE)
     assert {m for s in (*walks.cases(1), *timing.cases(1)) for m in s["methods"]} >= {"maginav", "madgwick-zupt", "mahony-zupt"}
+
+
+def test_one_walk_has_no_quantiles(tmp_path: Path):
+    run = Run(study(), tmp_path, seeds=1)
+    run.compute(1)
+    text = run.write().read_text()
+    assert "that walk's own number" in text and " – " not in text.split("| zupt |")[1].split("\n")[0]

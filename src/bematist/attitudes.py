@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,11 @@ from bematist.frames import euler_from_quaternion, heading_deg_from_yaw
 from bematist.trajectory import PACKED
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import polars as pl
+
+    from bematist.recording import Reference
 
 Array = NDArray[np.float64]
 
@@ -38,7 +42,7 @@ class Attitude:
     diagnostics : arrays of N rows that explain the decisions.
     filter, parameters : what was run; `parameters` is the full set that was used.
     warnings : what is suspicious about data or result.
-    processing_s : seconds of processing, reading not counted.
+    processing_s : seconds of processing, without reading and without compiling.
     """
 
     time: Array
@@ -102,6 +106,12 @@ class Attitude:
             "warnings": list(self.warnings),
             "version": __version__,
         }
+
+    def report(self, path: str | Path, reference: Reference | None = None, *, align: Literal["none", "yaw", "frames"] = "none") -> None:
+        """Write one self-contained HTML page about these attitudes; with the errors where the reference knows the true ones."""
+        from bematist.report import write_attitude_page
+
+        write_attitude_page([self], path, reference, align=align)
 
     def to_polars(self) -> pl.DataFrame:
         """The columns of `attitude.csv` as a table."""

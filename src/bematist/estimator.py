@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Generic, Self, TypeVar
@@ -15,6 +14,7 @@ from bematist.align import Alignment
 from bematist.attitudes import Attitude
 from bematist.errors import DataError, UsageError
 from bematist.intake import Intake, sample_rows
+from bematist.kernels.jit import stopwatch
 from bematist.parameters import Parameters
 from bematist.recording import SAMPLE_COLUMNS, Recording
 from bematist.trajectory import Trajectory
@@ -99,16 +99,16 @@ class Estimator(ABC, Generic[Model, Result]):
         n, size = len(recording), chunk or 50_000
         if n < self.least:
             raise DataError(f"{recording.source or 'The recording'}: {n} sample(s) are too few. Record for longer.")
-        started = time.perf_counter()
-        results = self._results(n)
-        done = 0
-        for first in range(0, n, size):
-            rows = recording.samples(first, first + size, pressure=self.width > len(SAMPLE_COLUMNS))
-            done += self._advance(rows, first + size >= n, *(r[done:] for r in results))
-            if progress:
-                progress(min(first + size, n), n)
-        results = tuple(r[:done] for r in results)
-        elapsed = time.perf_counter() - started
+        with stopwatch() as seconds:
+            results = self._results(n)
+            done = 0
+            for first in range(0, n, size):
+                rows = recording.samples(first, first + size, pressure=self.width > len(SAMPLE_COLUMNS))
+                done += self._advance(rows, first + size >= n, *(r[done:] for r in results))
+                if progress:
+                    progress(min(first + size, n), n)
+            results = tuple(r[:done] for r in results)
+            elapsed = seconds()
         warnings = (*self._suits(recording), *recording.warnings, *self.warnings, *self._judge(recording, *results))
         return self._result(*results, warnings=warnings, processing_s=elapsed, source=recording.source)
 

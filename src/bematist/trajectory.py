@@ -34,6 +34,14 @@ NORTH = {
 }
 """What North is, in a word and in words."""
 
+LEAST_M = 2.0
+"""Of a shorter path, m, no error is stated in percent: it would be a large number that says nothing."""
+
+
+def percent_of(part_m: float, distance_m: float) -> float | None:
+    """A length in percent of the distance; None where that is shorter than `LEAST_M`."""
+    return 100 * part_m / distance_m if distance_m >= LEAST_M else None
+
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Steps:
@@ -100,7 +108,7 @@ class Trajectory:
     diagnostics : arrays of N rows (or their own length, see the method's documentation) that explain the decisions.
     method, parameters : what was run; `parameters` is the full set that was used.
     warnings : what is suspicious about data or result.
-    processing_s : seconds of processing, reading not counted.
+    processing_s : seconds of processing, without reading and without compiling.
     """
 
     time: Array
@@ -188,7 +196,7 @@ class Trajectory:
             "samples": len(self),
             "distance_m": distance,
             "closure_m": closure,
-            "closure_percent": 100 * closure / distance if distance > 0 else None,
+            "closure_percent": percent_of(closure, distance),
             "start_m": [float(v) for v in self.position[0]],
             "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
             "north": self.north,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -22,11 +22,12 @@ from bematist.outputs import results_folder, to_json
 if TYPE_CHECKING:
     from bematist.attitudes import Attitude
     from bematist.evaluate import AttitudeEvaluation
+    from bematist.evaluate.attitude import Align
     from bematist.recording import Recording, Reference
 
 FILES = ("attitude.parquet", "attitude.csv", "summary.json", "config.toml", "evaluation.json", "report.html")
 DEFAULT_FILTER = "madgwick"
-ALIGNMENTS = ("none", "yaw")
+ALIGNMENTS = ("none", "yaw", "frames")
 
 
 @app.command()
@@ -59,7 +60,12 @@ def attitude(
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     reference: options.ReferencePath = None,
     align: Annotated[
-        str, typer.Option("--align", help="yaw takes out the mean heading error before the comparison.", metavar="none|yaw")
+        str,
+        typer.Option(
+            "--align",
+            help="What is taken out before the comparison: the mean heading error (yaw), or a constant rotation on either side.",
+            metavar="|".join(ALIGNMENTS),
+        ),
     ] = "none",
     quiet: options.Quiet = False,
 ) -> None:
@@ -70,7 +76,7 @@ def attitude(
     """
     from bematist.ahrs import find_filter
 
-    kind = cast("Literal['none', 'yaw']", config.choose("alignment", align, ALIGNMENTS))
+    kind = cast("Align", config.choose("alignment", align, ALIGNMENTS))
     stored, name = configured(configuration, "filter", filter, DEFAULT_FILTER)
     reading = Reading.given(format, columns, axes, units, clock, stored.get("reading"), calibration=calibration, uncalibrated=uncalibrated)
     where = Site.given(origin, date)
@@ -122,9 +128,7 @@ def _run(data: Recording, name: str, changes: Changes, *, quiet: bool) -> Attitu
     return found
 
 
-def _judged(
-    found: Sequence[Attitude], truth: Reference | None, align: Literal["none", "yaw"], *, required: bool
-) -> list[AttitudeEvaluation] | str:
+def _judged(found: Sequence[Attitude], truth: Reference | None, align: Align, *, required: bool) -> list[AttitudeEvaluation] | str:
     """One evaluation for each, none without a true attitude; why not, where a reference that came along does not fit."""
     from bematist.evaluate import evaluate_attitude
 

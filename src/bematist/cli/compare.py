@@ -162,8 +162,10 @@ def comparison_table(rows: list[dict[str, Any]]) -> Any:
     ]
     shown = [c for c in columns if any(row.get(c[1]) is not None for row in rows)]
     aligned = rows[0].get("alignment")
+    mirrored = [row["method"] for row in rows if row.get("mirrored")]
+    mirror = f"; the reference mirrored for {', '.join(mirrored) if len(mirrored) < len(rows) else 'all'}" if mirrored else ""
     cells = [
         [row["method"], *(form.format(row[key]).rstrip("%") if row.get(key) is not None else "-" for _, key, form in shown)] for row in rows
     ]
-    title = f"errors after alignment by {aligned}" if aligned else ""
+    title = f"errors after alignment by {aligned}{mirror}" if aligned else ""
     return table(["method", *(c[0] for c in shown)], cells, right=range(1, len(shown) + 1), title=title)

@@ -55,12 +55,15 @@ def progress(what: str, *, quiet: bool = False) -> Iterator[Progress]:
         yield lambda fraction: bar.update(task, total=1.0, completed=fraction)
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]], *, right: Sequence[int] = (), title: str = "") -> Table:
-    """A table without frame; columns whose index is in `right` are aligned to the right."""
+def table(
+    header: Sequence[str], rows: Iterable[Sequence[str]], *, right: Sequence[int] = (), title: str = "", apart: bool = False
+) -> Table:
+    """A table without frame; columns whose index is in `right` are aligned to the right, `apart` leaves a line between rows."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     t = Table(box=SIMPLE_HEAD, title=title or None, title_justify="left", title_style="bold", pad_edge=False, show_edge=False)
+    t.show_lines = apart
     for k, name in enumerate(header):
         t.add_column(name, justify="right" if k in right else "left", overflow="fold")
     for row in rows:

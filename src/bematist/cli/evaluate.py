@@ -29,9 +29,9 @@ def evaluate(
     """Compare a trajectory, or attitudes, with the truth.
 
     Position, length, heading and attitude errors, and whether the filter knew of them (NEES). Attitudes (attitude.csv,
-    attitude.parquet or their folder) are aligned by none or yaw.
+    attitude.parquet or their folder) are aligned by none, yaw or frames.
     """
-    kind = config.choose("alignment", align, options.ALIGNMENTS)
+    kind = config.choose("alignment", align, (*options.ALIGNMENTS, "frames"))
     from bematist.evaluate import evaluate as compute
     from bematist.evaluate import evaluate_attitude
     from bematist.io import read_attitude, read_reference, read_trajectory

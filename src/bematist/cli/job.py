@@ -152,6 +152,6 @@ def found_in(evaluation: Evaluation | str | None) -> Evaluation | None:
 
 
 def noted(trajectory: Trajectory, evaluation: Evaluation | str | None) -> Trajectory:
-    if isinstance(evaluation, str):
-        return replace(trajectory, warnings=(*trajectory.warnings, evaluation))
-    return trajectory
+    """The trajectory with what the comparison with its reference gives to doubt among its warnings."""
+    doubts = (evaluation,) if isinstance(evaluation, str) else () if evaluation is None else evaluation.doubts
+    return replace(trajectory, warnings=(*trajectory.warnings, *doubts)) if doubts else trajectory

@@ -26,7 +26,9 @@ def methods(json: options.Json = False) -> None:
     if json:
         sys.stdout.write(to_json(found))
         return
-    output().print(table(keys, [[row[key] for key in keys] for row in found]))
+    # Two columns, which a terminal of 80 characters can hold.
+    rows = [(row["name"], f"{row['summary']}\n{row['paper']}: {row['equations']}") for row in found]
+    output().print(table(("method", "what it is, and where it is from"), rows, apart=True))
 
 
 @app.command()

@@ -138,4 +138,4 @@ def error_text(evaluation: Evaluation) -> str:
     text = f"{found['ate_rmse_2d_m']:.2f} m rms in plan"
     if found["ate_rmse_height_m"] is not None:
         text += f", {found['ate_rmse_height_m']:.2f} m in height"
-    return f"{text} (aligned by {found['alignment']}, {found['rows']:,} points)"
+    return f"{text} (aligned by {evaluation.alignment}, {found['rows']:,} points)"

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bematist.evaluate.alignment import Align, Alignment, align_path
 from bematist.evaluate.attitude import AttitudeEvaluation, evaluate_attitude
+from bematist.evaluate.doubts import doubts
 from bematist.evaluate.metrics import (
     AttitudeError,
     Nees,
@@ -35,7 +36,7 @@ from bematist.evaluate.metrics import (
 )
 from bematist.evaluate.pairing import Pairs, footfalls, match_footfalls, pair
 from bematist.recording import Reference
-from bematist.trajectory import Trajectory
+from bematist.trajectory import Trajectory, percent_of
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,7 @@ class Evaluation:
     nees_position, nees_velocity, nees_attitude : see `Nees`.
     rows_used, time, error : row of the reference (K,), time (K,), s, and position error (K,3), m, in the reference's
         frame, for plots.
-    notes : what a reader of the numbers must know.
+    notes : what a reader of the numbers must know; `doubts`, which are among them: why the reference may be of another walk.
     """
 
     alignment: Alignment
@@ -103,9 +104,9 @@ class Evaluation:
     ate_plan_max_m: float
     ate_height_m: float
     end_point_m: float
-    end_point_percent: float
+    end_point_percent: float | None
     closure_m: float
-    closure_percent: float
+    closure_percent: float | None
     reference_closure_m: float
     relative: tuple[Relative, ...]
     velocity_rms: float
@@ -118,6 +119,7 @@ class Evaluation:
     time: Array
     error: Array
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers for JSON: angles in degrees, None where there is no number, alignment named."""
@@ -257,6 +259,7 @@ def evaluate(
     end = float(np.sqrt(np.nansum(error[-1] ** 2)))
     closure = float(np.linalg.norm(trajectory.position[-1] - trajectory.position[0]))
     attitude, nees_attitude, notes = _attitude(pairs, ref, alignment)
+    suspicious = tuple(doubts(ref, pairs, mine, theirs))
     velocity, nees_velocity = _velocity(pairs, truth, alignment)
     return Evaluation(
         alignment=alignment,
@@ -272,9 +275,9 @@ def evaluate(
         ate_plan_max_m=float(np.linalg.norm(error[:, :2], axis=1).max()),
         ate_height_m=rms(error[:, 2]),
         end_point_m=end,
-        end_point_percent=100 * end / distance if distance > 0 else float("nan"),
+        end_point_percent=percent_of(end, distance),
         closure_m=closure,
-        closure_percent=100 * closure / distance if distance > 0 else float("nan"),
+        closure_percent=percent_of(closure, distance),
         reference_closure_m=float(np.sqrt(np.nansum((true[-1] - true[0]) ** 2))),
         relative=_relative(flat, true, pairs, windows_s, windows_m),
         velocity_rms=velocity,
@@ -286,7 +289,8 @@ def evaluate(
         rows_used=pairs.rows,
         time=pairs.time,
         error=error,
-        notes=(*pairs.notes, *notes, *_notes(alignment, height, pairs)),
+        notes=(*pairs.notes, *notes, *_notes(alignment, height, pairs), *suspicious),
+        doubts=suspicious,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,15 @@ from bematist.attitudes import Attitude
 from bematist.errors import DataError, UsageError
 from bematist.evaluate.metrics import AttitudeError, attitude_error, attitude_error_vectors
 from bematist.evaluate.pairing import attitude_at
-from bematist.frames import conjugate, multiply, quaternion_from_rotation_vector
+from bematist.frames import conjugate, multiply, quaternion_from_matrix, quaternion_from_rotation_vector, rotation_vector_from_quaternion
 from bematist.recording import Reference
 from bematist.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+Align = Literal["none", "yaw", "frames"]
+
+SETTLED = 60
+"""Turns of the alternation of `frames`; a hundredth of a degree is reached after a dozen."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -26,7 +30,8 @@ class AttitudeEvaluation:
     Attributes
     ----------
     error : root mean square errors, rad: heading, tilt, total.
-    align : "none", or "yaw": the mean heading error was taken out first, of `turned_deg` (counter-clockwise).
+    align : "none"; "yaw": the mean heading error was taken out first, of `turned_deg` (counter-clockwise); "frames": a constant rotation on
+        either side was.
     rows : instants of the reference that were compared.
     time, vectors : these instants (K,), s, and the error's rotation vectors in the navigation frame (K,3), rad, for plots.
     """
@@ -66,7 +71,7 @@ class AttitudeEvaluation:
         return [*rows, *((name + by, d[f"{key}_rmse_deg"], "deg") for name, key in names)]
 
 
-def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, align: Literal["none", "yaw"] = "none") -> AttitudeEvaluation:
+def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, align: Align = "none") -> AttitudeEvaluation:
     """Compare attitudes with the true ones at the reference's own instants.
 
     The error is the rotation between the two in the navigation frame, q_est ⊗ q_true*: its whole angle, its twist about the vertical
@@ -75,7 +80,9 @@ def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, ali
 
     Parameters
     ----------
-    align : "none", or "yaw" to take out the mean heading error first, where the two do not share their North.
+    align : "none"; "yaw" to take out the mean heading error first, where the two do not share their North; "frames" to take out a constant
+        rotation on either side, where the reference's room is not East, North, Up and its body not the sensor's axes, as with the markers
+        of a motion capture. That flatters: a constant error of the estimate, and a share of a slow one, go too.
 
     Raises
     ------
@@ -84,8 +91,8 @@ def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, ali
     UsageError
         An unknown alignment.
     """
-    if align not in ("none", "yaw"):
-        raise UsageError(f'Attitudes are aligned by "none" or "yaw", not by "{align}".')
+    if align not in get_args(Align):
+        raise UsageError(f'Attitudes are aligned by {", ".join(get_args(Align))}, not by "{align}".')
     if reference.attitude is None:
         raise DataError("The reference has no attitude. Give one with the columns qw,qx,qy,qz.")
     t = estimate.time
@@ -107,6 +114,8 @@ def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, ali
         yaw = 2 * np.arctan2(half[:, 1], half[:, 0])
         turned = -float(np.arctan2(np.sin(yaw).mean(), np.cos(yaw).mean()))
         mine = multiply(quaternion_from_rotation_vector([0.0, 0.0, turned]), mine)
+    if align == "frames":
+        mine = _both_frames(mine, true)
     return AttitudeEvaluation(
         error=attitude_error(mine, true),
         align=align,
@@ -118,3 +127,25 @@ def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, ali
         vectors=attitude_error_vectors(mine, true),
         notes=tuple(notes),
     )
+
+
+def _both_frames(mine: Array, true: Array) -> Array:
+    """left ⊗ mine ⊗ right (K,4) with the constant rotations that bring it nearest to `true`.
+
+    The right one, between the bodies, is first taken from the turns from row to row, which both bodies see (Kabsch); then each is the mean
+    of what the other leaves, in turn, until they settle.
+    """
+    turns = [rotation_vector_from_quaternion(multiply(conjugate(q[:-1]), q[1:])) for q in (mine, true)]
+    U, _, Vt = np.linalg.svd(turns[0].T @ turns[1])
+    right = quaternion_from_matrix(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+    moved = mine
+    for _ in range(SETTLED):
+        left = _mean(multiply(true, conjugate(multiply(mine, right))))
+        right = _mean(multiply(conjugate(multiply(left, mine)), true))
+        moved = multiply(multiply(left, mine), right)
+    return moved
+
+
+def _mean(q: Array) -> Array:
+    """The rotation (4,) with the least sum of squared chords to rotations (K,4)."""
+    return np.linalg.eigh(q.T @ q)[1][:, -1]

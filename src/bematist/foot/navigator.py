@@ -65,7 +65,7 @@ class FootIns(Estimator[FootParameters, Trajectory]):
         a = initial_alignment(head, p.initial, rate_hz, p.gravity, p.noise.angle_random_walk, gap_s, p.earth_rate)
         self.alignment = a
         index, memory = stance.memory(p.stance, rate_hz)
-        prm, warnings = kernel_parameters(p, a, rate_hz)
+        prm, warnings = kernel_parameters(p, a, rate_hz, seen=bool(np.isfinite(head[:, 7:10]).any()))
         self.warnings.extend([*a.warnings, *warnings])
         self._state = (index, memory, workspace(p, a, prm, head[0, 0]), prm)
         self._restored()

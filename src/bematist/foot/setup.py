@@ -36,8 +36,11 @@ def initial_covariance(p: FootParameters, a: Alignment) -> Array:
     return T @ np.diag(np.square(sds)) @ T.T
 
 
-def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[Array, list[str]]:
-    """The parameters that the kernels read (`kernels.layout`), and warnings about the field at the start."""
+def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float, *, seen: bool = True) -> tuple[Array, list[str]]:
+    """The parameters that the kernels read (`kernels.layout`), and warnings about the field at the start.
+
+    seen: whether there was a sample of the magnetometer at all.
+    """
     biases = p.states == 15
     prm = np.zeros(kernel.PARAMETERS)
     prm[kernel.G] = p.gravity
@@ -57,7 +60,7 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float) -> tuple[
     _set_attitude(prm, p.attitude, a)
     _set_constraints(prm, p, a, rate_hz)
     _set_pace(prm, p.stance, rate_hz)
-    return prm, _set_field(prm, p, a)
+    return prm, _set_field(prm, p, a, seen)
 
 
 def _set_attitude(prm: Array, p: AttitudeParameters, a: Alignment) -> None:
@@ -104,7 +107,7 @@ def workspace(p: FootParameters, a: Alignment, prm: Array, start: float) -> Arra
     return S
 
 
-def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
+def _set_field(prm: Array, p: FootParameters, a: Alignment, seen: bool) -> list[str]:
     m = p.magnetic
     listening = p.attitude.propagation != "common" and p.attitude.magnetometer != "off"
     prm[kernel.TRIAD_PRINTED], prm[kernel.KEEP_COVARIANCE] = m.triad == "printed", m.covariance == "untouched"
@@ -116,7 +119,8 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment) -> list[str]:
     prm[kernel.FIELD_E] = prm[kernel.NORTH_E] = 1.0
     if a.field is None:
         if m.use == "reset" or listening:
-            return ["The method uses the magnetometer, but there is no sample of it in the rest at the start: it is not used."]
+            where = " in the rest at the start" if seen else ""
+            return [f"The method uses the magnetometer, but there is no sample of it{where}: it is not used."]
         return []
     field = _undisturbed(p, a.field)
     norm = float(np.linalg.norm(field))

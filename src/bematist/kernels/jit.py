@@ -1,10 +1,13 @@
 """How kernels are compiled: once, into the cache beside the module, with fused multiply-add and IEEE NaN kept intact."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core import event
 
 # Without reference counting of arrays: kernels allocate nothing, and the counting would cost more than the arithmetic.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
@@ -13,6 +16,14 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """A compiled function that Python calls."""
     return _cached(njit(**_OPTIONS, cache=True)(function))
+
+
+@contextmanager
+def stopwatch() -> Iterator[Callable[[], float]]:
+    """Tells the seconds since it was started, without those in which kernels were compiled or loaded from the cache."""
+    with event.install_listener("numba:compiler_lock", event.TimingListener()) as compiling:
+        started = time.perf_counter()
+        yield lambda: time.perf_counter() - started - (compiling.duration if compiling.done else 0.0)
 
 
 def summing(function: Callable[..., Any]) -> Callable[..., Any]:

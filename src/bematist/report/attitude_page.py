@@ -23,6 +23,7 @@ from bematist.report.traces import Budget, Trace, line
 
 if TYPE_CHECKING:
     from bematist.evaluate import AttitudeEvaluation
+    from bematist.evaluate.attitude import Align
 
 Array = NDArray[np.float64]
 
@@ -33,11 +34,13 @@ def write_attitude_page(
     attitudes: Sequence[Attitude],
     path: str | Path,
     reference: Reference | None = None,
-    evaluations: Sequence[AttitudeEvaluation] = (),
+    evaluations: Sequence[AttitudeEvaluation] | None = None,
+    align: Align = "none",
 ) -> None:
     """Write a page about the attitudes of one recording by one filter or several; the first is the one that the page is about.
 
-    evaluations: one for each filter, or none.
+    evaluations: one for each filter, or an empty list; without them they are made here, aligned by `align`, where the reference has
+    attitudes.
 
     Raises
     ------
@@ -48,6 +51,8 @@ def write_attitude_page(
     """
     if not attitudes or not all(len(a) for a in attitudes):
         raise UsageError("A page of attitudes needs at least one filter, with samples.")
+    if evaluations is None:
+        evaluations = _evaluated(attitudes, reference, align)
     if len(evaluations) not in (0, len(attitudes)):
         raise UsageError(f"There are {len(attitudes)} filters and {len(evaluations)} evaluations: give one for each.")
     first = attitudes[0]
@@ -64,6 +69,14 @@ def write_attitude_page(
         ]
     )
     write_page(Path(path), f"{name}: attitude", body, page_data(figures, (), first.time))
+
+
+def _evaluated(attitudes: Sequence[Attitude], reference: Reference | None, align: Align) -> list[AttitudeEvaluation]:
+    if reference is None or reference.attitude is None:
+        return []
+    from bematist.evaluate import evaluate_attitude
+
+    return [evaluate_attitude(a, reference, align) for a in attitudes]
 
 
 def angles_deg(attitude: Array) -> dict[str, Array]:
@@ -112,7 +125,9 @@ def _errors(attitudes: Sequence[Attitude], evaluations: Sequence[AttitudeEvaluat
         size = np.degrees(np.hypot(e.vectors[:, 0], e.vectors[:, 1]))
         turn.append(line(e.time, np.degrees(e.vectors[:, 2]), budget.fast, f"@{k % 8}", a.filter, hovertemplate="%{y:.2f}°"))
         tilt.append(line(e.time, size, budget.fast, f"@{k % 8}", a.filter, hovertemplate="%{y:.2f}°"))
-    by = {"none": "not aligned", "yaw": "the mean heading error taken out"}[evaluations[0].align]
+    by = {"none": "not aligned", "yaw": "the mean heading error taken out", "frames": "a constant rotation on either side taken out"}[
+        evaluations[0].align
+    ]
     note = f"Of the rotation between estimate and reference, {by}; where the reference counts."
     return [
         Panel("turn", "Error about the vertical", "error (°)", turn, note + " Positive: turned counter-clockwise."),

@@ -16,6 +16,9 @@ from bematist.report.traces import Trace, band, line
 
 Array = NDArray[np.float64]
 
+JUMP_DEG = 90.0
+"""An angle that differs by more than this from one sample to the next has jumped, as roll and yaw do where the pitch is upright."""
+
 
 def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list[Panel]:
     """All panels that have something to show. `reference` is in the frame of the first trajectory."""
@@ -102,7 +105,7 @@ def continuous(angle_deg: Array, stances: NDArray[np.int64]) -> Array:
     """An angle (N,), degrees, without its jumps by 360.
 
     It is made continuous from stance to stance and follows the nearest turn between them: in a swing roll and yaw may jump where
-    the pitch is upright, and adding those up would never come back.
+    the pitch is upright, and adding those up would never come back. The line is broken (NaN) where it still jumps.
     """
     good = np.isfinite(angle_deg)
     if not good.any():
@@ -112,7 +115,10 @@ def continuous(angle_deg: Array, stances: NDArray[np.int64]) -> Array:
     at = at if len(at) else np.flatnonzero(good)
     anchor = np.unwrap(angle_deg[at], period=360.0)
     centre = np.interp(np.arange(len(angle_deg)), at, anchor)
-    return angle_deg - 360.0 * np.round((angle_deg - centre) / 360.0)
+    found = angle_deg - 360.0 * np.round((angle_deg - centre) / 360.0)
+    with np.errstate(invalid="ignore"):
+        found[1:][np.abs(np.diff(found)) > JUMP_DEG] = np.nan
+    return found
 
 
 def uncertainty(drawn: Sequence[Subject]) -> Panel:

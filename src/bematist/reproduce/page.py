@@ -37,6 +37,8 @@ class Page:
             f"Made by `bematist reproduce {study.name} --seeds {seeds}`, bematist {bematist.__version__}.",
             *study.introduction,
         )
+        if seeds == 1:
+            self.text("One walk of each kind: where medians and quantiles are spoken of, that walk's own number stands.")
         if claims:
             self.heading("The claims, one by one")
             header = ["what the paper says", "print", "here", "verdict", "why"]
@@ -71,7 +73,7 @@ class Page:
                     continue
                 low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
                 worst = float(values[np.abs(values).argmax()])
-                row.append(f"{middle:.3g} ({low:.3g} – {high:.3g}; {worst:.3g})")
+                row.append(f"{middle:.3g} ({low:.3g} – {high:.3g}; {worst:.3g})" if len(values) > 1 else f"{middle:.3g}")
                 long.append(dict(zip(by, key, strict=True)) | {"quantity": header, "runs": len(values), "median": middle})
                 long[-1] |= {"quantile_10": low, "quantile_90": high, "worst": worst}
             cells.append(row)

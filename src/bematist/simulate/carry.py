@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, field_validator
 
+from bematist.config import look_up
 from bematist.frames import quaternion_from_euler
 from bematist.parameters import Parameters
 from bematist.simulate.gaits import Gait
@@ -81,11 +82,7 @@ CARRIES: dict[str, Carry] = {
 
 
 def _named(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    if value not in CARRIES:
-        raise ValueError(f'there is no way of carrying called "{value}", choose one of {", ".join(CARRIES)}')
-    return CARRIES[value]
+    return look_up("way of carrying", value, CARRIES) if isinstance(value, str) else value
 
 
 NamedCarry = Annotated[Carry, BeforeValidator(_named)]

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from bematist.config import look_up
 from bematist.parameters import Parameters
 
 
@@ -51,11 +52,7 @@ GAITS: dict[str, Gait] = {
 
 
 def _named(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    if value not in GAITS:
-        raise ValueError(f'there is no gait "{value}", choose one of {", ".join(GAITS)}')
-    return GAITS[value]
+    return look_up("gait", value, GAITS) if isinstance(value, str) else value
 
 
 NamedGait = Annotated[Gait, BeforeValidator(_named)]

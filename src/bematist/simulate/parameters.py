@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
+from bematist.config import look_up
 from bematist.earth import STANDARD_GRAVITY, normal_gravity
-from bematist.errors import UsageError
 from bematist.parameters import Parameters
 from bematist.simulate.carry import CARRIES, Carry, Walker
 from bematist.simulate.disturbances import Dipole, Facade, FieldRegion, FieldTurn, IndoorField, ParkedCars
@@ -238,7 +238,7 @@ def resolve_hand(
     UsageError
         An unknown scenario, way of carrying, sensor or field, or a value that does not fit.
     """
-    held = carry if isinstance(carry, Carry) else _known("way of carrying", carry, CARRIES)
+    held = carry if isinstance(carry, Carry) else look_up("way of carrying", carry, CARRIES)
     walk, device, walker = _resolved(scenario, sensor, changes, Walker(carries=((0.0, held),)))
     assert walker is not None
     return walk, device, walker
@@ -249,17 +249,17 @@ def _resolved(
 ) -> tuple[Scenario, Sensor, Walker | None]:
     from bematist.simulate.scenarios import SCENARIOS
 
-    walk = scenario if isinstance(scenario, Scenario) else _known("scenario", scenario, SCENARIOS)
-    device = sensor if isinstance(sensor, Sensor) else _known("sensor", sensor, SENSORS)
+    walk = scenario if isinstance(scenario, Scenario) else look_up("scenario", scenario, SCENARIOS)
+    device = sensor if isinstance(sensor, Sensor) else look_up("sensor", sensor, SENSORS)
     changes = dict(changes)
     if "gait" in changes:
         changes["gaits"] = ((0.0, changes.pop("gait")),)
     kinds = (Scenario, Sensor, Gait) if walker is None else (Scenario, Sensor, Gait, Walker, Carry)
     fields = {kind: set(kind.model_fields) - {"name"} for kind in kinds}
     of = {kind: {k: v for k, v in changes.items() if k in known} for kind, known in fields.items()}
-    if unknown := set(changes).difference(*fields.values()):
-        known = ", ".join(sorted(set().union(*fields.values(), ["gait"])))
-        raise UsageError(f"The simulation has no parameter {', '.join(sorted(unknown))}. Known are: {known}.")
+    known = dict.fromkeys(sorted(set().union(*fields.values(), ["gait"])))
+    for name in changes:
+        look_up("parameter of the simulation", name, known)
     walk, device = walk.override(of[Scenario]), device.override(of[Sensor])
     if of[Gait]:
         walk = walk.override({"gaits": tuple((at, gait.override(of[Gait]).model_dump()) for at, gait in walk.gaits)})
@@ -268,9 +268,3 @@ def _resolved(
         if of[Carry]:
             walker = walker.override({"carries": tuple((at, carry.override(of[Carry]).model_dump()) for at, carry in walker.carries)})
     return walk, device, walker
-
-
-def _known(what: str, name: str, table: Mapping[str, Any]) -> Any:
-    if name not in table:
-        raise UsageError(f'There is no {what} "{name}": choose one of {", ".join(table)}.')
-    return table[name]

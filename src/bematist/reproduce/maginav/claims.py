@@ -36,7 +36,7 @@ def _of(results: Results, walk: str, method: str, column: str) -> np.ndarray:
 
 def _spread(values: np.ndarray, unit: str) -> str:
     low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
-    return f"{middle:.2g} {unit} ({low:.2g} – {high:.2g})"
+    return f"{middle:.2g} {unit}" + (f" ({low:.2g} – {high:.2g})" if len(values) > 1 else "")
 
 
 def _closure(shipped: Results, tuned: Results) -> list[Claim]:
