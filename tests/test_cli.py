@@ -123,6 +123,7 @@ def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> Non
         (["convert", "walk.csv", "walk.txt"], ".parquet"),
         (["convert", "walk.csv", "./walk.csv"], "written over"),
         (["stance", "walk.csv", "-o", "walk.csv"], "written over"),
+        (["stance", "walk.csv", "-m", "magyq"], "bematist steps"),
         (["track", "walk.csv", "--heading", "nan"], "clockwise"),
         (["export", "walk.csv", "walk.kml"], "--format"),
         (["export", "walk.csv", "walk.x", "--format", "gpz"], 'Did you mean "gpx"?'),

@@ -1,6 +1,7 @@
 """Where a path begins: shifted, turned, and taken from a reference."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from bematist.evaluate import evaluate
 from bematist.frames import heading_deg_from_yaw
 from bematist.placement import Placement, by_reference
 from bematist.recording import Reference
+from bematist.trajectory import Steps
 from report_cases import walk
 
 
@@ -34,6 +36,16 @@ def test_everything_turns_and_only_the_position_is_shifted() -> None:
     assert placed.summary()["start_m"] == pytest.approx([10, -20, 3])
     for same in ("distance_m", "closure_m", "height_change_m"):
         assert placed.summary()[same] == pytest.approx(t.summary()[same])
+
+
+def test_the_directions_of_steps_turn_with_the_path() -> None:
+    one = np.ones(3)
+    words = np.array(["walking"] * 3)
+    steps = Steps(
+        time=one, counted=one, length=one, length_sd=one, frequency=one, direction=0.2 * one, direction_sd=one, motion=words, carrying=words
+    )
+    turned = replace(walk(500), steps=steps).placed(turn_deg=30.0)
+    assert turned.steps is not None and np.degrees(turned.steps.direction - steps.direction) == pytest.approx(30)
 
 
 def test_nothing_asked_for_is_nothing_done() -> None:

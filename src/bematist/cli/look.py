@@ -13,6 +13,7 @@ from bematist.cli import options
 from bematist.cli.app import app
 from bematist.cli.console import facts, output, table, warn
 from bematist.cli.options import Reading
+from bematist.errors import UsageError
 from bematist.outputs import to_json, whole_file
 
 
@@ -92,7 +93,10 @@ def stance(
     changes = changes.pop("stance", {}) | changes  # "stance.threshold" as for `track`, or "threshold"
     if detector is not None:
         changes["detector"] = config.choose("detector", detector, DETECTORS)
-    parameters = config.changed(find_method(method).parameters.stance, config.with_rule({"stance": changes})["stance"])
+    own = getattr(find_method(method).parameters, "stance", None)
+    if own is None:
+        raise UsageError(f'The method "{method}" counts steps and detects no stance: see `bematist steps`, or choose one for a shoe.')
+    parameters = config.changed(own, config.with_rule({"stance": changes})["stance"])
     data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-stance.html")
