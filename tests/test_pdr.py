@@ -29,7 +29,7 @@ PRM = {
 
 
 def test_the_path_of_the_kernel_is_the_twins():
-    t = bm.track(HELD, "hand")
+    t = bm.track(HELD, "hand", step_length={"pendulum": 0.0})
     twin = twin_pdr.Path(PRM)
     variance = heading_variance(t)
     assert len(t.steps) > 30
@@ -145,7 +145,7 @@ def test_a_walker_of_the_model_arrives():
     assert np.abs(np.median(turns)) < np.radians(6)
 
 
-@pytest.mark.parametrize(("carry", "axis"), [("phoning", "-x"), ("swinging", "y"), ("pocket", "z")])
+@pytest.mark.parametrize(("carry", "axis"), [("phoning", "-x"), ("swinging", "y"), ("pocket", "z"), ("bag", "-x")])
 def test_each_way_of_carrying_has_its_axis(carry, axis):
     made = simulate_hand("short", carry, "phone", seed=1, length_m=60.0)
     t = bm.track(made.recording, "hand")
@@ -177,11 +177,25 @@ def test_without_north_the_path_starts_along_east():
 
 
 def test_a_taller_walker_and_an_offset():
-    t = bm.track(HELD, "hand")
-    tall = bm.track(HELD, "hand", step_length={"height": 1.95})
+    t = bm.track(HELD, "magyq")
+    tall = bm.track(HELD, "magyq", step_length={"height": 1.95})
     np.testing.assert_allclose(tall.steps.length - t.steps.length, 0.2 * (P.step_length.a * t.steps.frequency + P.step_length.b), rtol=1e-9)
-    left = bm.track(HELD, "hand", direction={"offset": 0.5})
+    left = bm.track(HELD, "magyq", direction={"offset": 0.5})
     np.testing.assert_allclose(np.angle(np.exp(1j * (left.steps.direction - t.steps.direction))), 0.5, atol=1e-9)
+
+
+def test_the_bounce_tells_the_length_of_a_pendulum():
+    """A step of the amplitude that an inverted pendulum has at its length comes out at that length, whatever eq 47 says."""
+    prm = kernel_parameters(P.override({"step_length": {"pendulum": 1.0}}), 0.1)
+    leg = 0.53 * P.step_length.height
+    for s, f in ((0.3, 1.2), (0.7, 1.8), (0.9, 2.1)):
+        size = (2 * np.pi * f) ** 2 * s**2 / (16 * leg)
+        assert pdr.step_length(prm, f, size, 1.0, 0.0) == pytest.approx(s)
+    half = kernel_parameters(P, 0.1)
+    eq47 = twin_pdr.step_length(PRM, 1.8, "walking")
+    size = (2 * np.pi * 1.8) ** 2 * 0.5**2 / (16 * leg)
+    assert pdr.step_length(half, 1.8, size, 1.0, 0.0) == pytest.approx(np.sqrt(0.5 * eq47))
+    assert pdr.step_length(half, 1.8, size, 1.0, 2.0) == pytest.approx(eq47)  # swinging
 
 
 def test_rows_may_leave_out_the_pressure():
@@ -228,4 +242,5 @@ def test_gaps_end_no_path():
 
 
 def test_parameters_are_those_of_the_method():
-    assert HandPdrParameters().override({"attitude": P.attitude.model_dump(), "heading_sd": P.heading_sd}) == P
+    changed = {"attitude": P.attitude.model_dump(), "heading_sd": P.heading_sd, "step_length": {"pendulum": 0.5}}
+    assert HandPdrParameters().override(changed) == P

@@ -60,7 +60,8 @@ def _fifteen(**changes: Any) -> FootParameters:
 
 def _hand(name: str, summary: str, paper: str, equations: str, attitude: HandParameters, **direction: float) -> Method:
     """A method for the hand: the path's parameters with those of an attitude filter."""
-    parameters = pdr_parameters(attitude).override({"direction": direction})
+    length = {"pendulum": 0.5} if name == "hand" else {}
+    parameters = pdr_parameters(attitude).override({"direction": direction, "step_length": length})
     return Method(name, summary, paper, equations, parameters, HandPdr)
 
 
@@ -180,8 +181,8 @@ METHODS: dict[str, Method] = {
         ),
         _hand(
             "hand",
-            "The default for a hand: steps, their length by their frequency, and headings of the filter hand: gravity also in motion, and "
-            "the magnetic field where it looks like the Earth's.",
+            "The default for a hand: steps, their length by frequency and bounce, and headings of the filter hand: gravity also in motion, "
+            "and the magnetic field where it looks like the Earth's.",
             "bematist",
             "MAGYQ 17-36, 47; gravity and heading in motion",
             HAND,

@@ -75,9 +75,9 @@ class StepLengthCalibration:
     warnings: tuple[str, ...]
 
     def parameters(self) -> dict[str, float]:
-        """Changes of the group `step_length` of the methods for a hand."""
+        """Changes of the group `step_length` of the methods for a hand: eq 47 alone, for it is this walker's own now."""
         own = {"height": self.height} if self.height is not None else {}
-        return {**own, "a": self.a, "b": self.b, "c": self.c, "scale_sd": self.factor_sd}
+        return {**own, "a": self.a, "b": self.b, "c": self.c, "pendulum": 0.0, "scale_sd": self.factor_sd}
 
     def length(self, frequency: float, height: float) -> float:
         """Step length at a step frequency (Hz) of a walker of that height (m), m."""

@@ -34,6 +34,13 @@ class StepLengthParameters(Parameters):
         description="A running step is this much longer than eq 47 says, which is for walking: about 1.1 m at 2.7 Hz and 3 m/s.",
     )
     tread: float = Field(default=0.29, gt=0, description="Horizontal length of a step on stairs, m: the tread of a stair.")
+    pendulum: float = Field(
+        default=0.0,
+        ge=0,
+        le=1,
+        description="Beyond the paper, where the screen is read: share of the length that the bounce of the body tells (1) and not eq 47 "
+        "(0), in the logarithm. Larger: short steps on the spot come out short, and how the hand gives way matters more.",
+    )
     sd: float = Field(
         default=0.08,
         ge=0,
@@ -58,7 +65,7 @@ class DirectionParameters(Parameters):
     phoning: Axis = Field(default="-x", description="The same with the phone at the right ear; at the left ear it is x.")
     swinging: Axis = Field(default="y", description="The same in a swinging hand.")
     pocket: Axis = Field(default="z", description="The same upright in a trouser pocket, the screen away from the body.")
-    bag: Axis = Field(default="z", description="The same upright in a bag.")
+    bag: Axis = Field(default="-x", description="The same upright in a bag at the side, the screen to the left.")
     steep: float = Field(
         default=math.radians(60),
         ge=0,

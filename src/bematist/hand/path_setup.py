@@ -65,6 +65,7 @@ def kernel_parameters(p: HandPdrParameters, gap_s: float) -> Array:
         at.STEEP: math.cos(direction.steep),
         at.OFFSET_COS: math.cos(direction.offset),
         at.OFFSET_SIN: math.sin(direction.offset),
+        at.PENDULUM: length.pendulum,
     }
     prm[list(values)] = list(values.values())
     for k, name in enumerate(CARRYING):

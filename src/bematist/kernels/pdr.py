@@ -87,15 +87,37 @@ def recall(W, t):
     return after_e, after_n, variance
 
 
+LEG = 0.53  # of the height: hip to ground
+SMOOTH = 5.0  # steps that the height of the peaks is averaged over
+PAUSE_S = 3.0  # and after which it begins anew
+
+
 @inlined
-def step_length(prm, frequency, motion):
-    """s = h (a f + b) + c, MAGYQ eq 47; longer by a factor when running, and a tread on stairs."""
+def step_length(prm, frequency, size, motion, carrying):
+    """s = h (a f + b) + c, MAGYQ eq 47; longer by a factor when running, and a tread on stairs.
+
+    Where the screen is read, drawn to what the bounce of an inverted pendulum says (Zijlstra & Hof 2003): a leg l lifts the body by
+    s²/(8 l), which at f is an acceleration of amplitude (2 pi f)² s²/(16 l).
+    """
     if motion == detector.STAIRS:
         return prm[at.TREAD]
     s = max(0.0, prm[at.HEIGHT] * (prm[at.A] * frequency + prm[at.B]) + prm[at.C])
     if motion == detector.RUNNING:
-        s *= prm[at.RUNNING_FACTOR]
+        return s * prm[at.RUNNING_FACTOR]
+    if prm[at.PENDULUM] > 0 and carrying == detector.TEXTING and size > 0 and s > 0:
+        bounce = math.sqrt(16 * LEG * prm[at.HEIGHT] * size) / (2 * math.pi * frequency)
+        s *= (bounce / s) ** prm[at.PENDULUM]
     return s
+
+
+@inlined
+def follow_size(W, dt, size):
+    """Mean height of the peaks of the last steps, m/s²."""
+    if W[at.STEPPED] == 0 or dt > PAUSE_S:
+        W[at.SIZES] = 0.0
+    W[at.SIZES] = min(W[at.SIZES] + 1, SMOOTH)
+    W[at.SIZE] += (size - W[at.SIZE]) / W[at.SIZES]
+    return W[at.SIZE]
 
 
 @inlined
@@ -151,8 +173,8 @@ def add_step(W, prm, s, c, n):
 
 
 @apart
-def take_step(W, prm, t, frequency, motion):
-    """The step that ended at t, of this frequency: its mean direction over its duration, its length, and where it leads."""
+def take_step(W, prm, t, frequency, size, motion, carrying):
+    """The step that ended at t, of this frequency and height of its peak (m/s²): its mean direction, its length, and where it leads."""
     period = 1 / frequency
     e1, n1, heading_var = recall(W, t)
     e0, n0, _ = recall(W, t - period)
@@ -164,7 +186,7 @@ def take_step(W, prm, t, frequency, motion):
         c, n = W[at.AHEAD_E], W[at.AHEAD_N]
     dt = t - W[at.STEP_TIME] if W[at.STEPPED] > 0 else 0.0
     correlated(W, prm, dt, heading_var)
-    s = step_length(prm, frequency, motion)
+    s = step_length(prm, frequency, follow_size(W, dt, size), motion, carrying)
     add_step(W, prm, s, c, n)
     W[at.STEP_TIME], W[at.LENGTH], W[at.DIRECTION_E], W[at.DIRECTION_N], W[at.FREQUENCY] = t, s, c, n, frequency
     W[at.STEPPED] = 1.0
@@ -234,7 +256,10 @@ def proceed(W, prm, S, step_prm, columns, rows, k, diag, events, written):
     )
     for i in range(new):
         e = detector.EVENTS + detector.EVENT * i
-        take_step(W, prm, S[e + detector.EVENT_TIME], S[e + detector.EVENT_FREQUENCY], S[detector.MOTION])
+        take_step(
+            *(W, prm, S[e + detector.EVENT_TIME], S[e + detector.EVENT_FREQUENCY], S[e + detector.EVENT_SIZE]),
+            *(S[detector.MOTION], S[detector.CARRYING]),
+        )
         write_step(W, prm, S, t, events, written + i)
     diag[k, at.STEPS] = new
     diag[k, at.PRESSURE_HEIGHT] = math.nan

@@ -14,6 +14,8 @@ STEP_TIME, LENGTH, DIRECTION_E, DIRECTION_N, FREQUENCY, STEPPED, WALKED = 29, 30
 PRESSURE, PRESSURE_TIME, BARO_KNOWN, OFFSET, P_HEIGHT, P_CROSS, P_OFFSET = 36, 37, 38, 39, 40, 41, 42
 # the direction ahead, integrated over time, and its history: time, integral east, integral north, variance of the heading
 TIME, STARTED, AHEAD_E, AHEAD_N, HEADING_VAR, SUM_E, SUM_N, COUNT = 44, 45, 46, 47, 48, 49, 50, 51
+# height of the steps' peaks, smoothed, and how many steps are in it
+SIZE, SIZES = 52, 53
 RING = 56
 SLOTS = 512
 SLOT = 4
@@ -47,7 +49,8 @@ WORKSPACE_SIZE = RING + SLOTS * SLOT
     STEEP,  # sine of the angle from upright within which an axis says nothing
     OFFSET_COS,
     OFFSET_SIN,
-) = range(25)
+    PENDULUM,
+) = range(26)
 AXES = 32  # of each way of carrying: the axis ahead (3) and the one to the right (3)
 PARAMETERS = AXES + 6 * 5
 
