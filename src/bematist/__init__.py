@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from bematist.methods import METHODS, track
     from bematist.recording import Recording, Reference
     from bematist.step_length import calibrate_steps
+    from bematist.synchronise import Shift, sync
     from bematist.trajectory import Steps, Trajectory
 
 _HOME = {
@@ -76,6 +77,8 @@ _HOME = {
     "Reference": "recording",
     "calibrate_steps": "step_length",
     "Steps": "trajectory",
+    "Shift": "synchronise",
+    "sync": "synchronise",
     "Trajectory": "trajectory",
 }
 
@@ -96,6 +99,7 @@ __all__ = [
     "HandPdrParameters",
     "Recording",
     "Reference",
+    "Shift",
     "Steps",
     "Trajectory",
     "UsageError",
@@ -109,6 +113,7 @@ __all__ = [
     "read",
     "read_floor_plan",
     "read_reference",
+    "sync",
     "track",
 ]
 

@@ -13,6 +13,7 @@ from bematist.cli import (
     simulate,
     step_length,
     steps,
+    sync,
     track,
 )
 from bematist.cli.app import app, main
@@ -32,5 +33,6 @@ __all__ = [
     "simulate",
     "step_length",
     "steps",
+    "sync",
     "track",
 ]

@@ -32,6 +32,7 @@ ORDER = (
     "info",
     "stance",
     "steps",
+    "sync",
     "allan",
     "calibrate",
     "earth",

@@ -22,6 +22,7 @@ def evaluate(
     ],
     reference: Annotated[Path, typer.Argument(help="The true path.", metavar="REFERENCE")],
     align: options.Align = "yaw",
+    sync: Annotated[bool, typer.Option("--sync", help="First set the reference's clock by the motion.")] = False,
     json: Annotated[
         str | None, typer.Option("--json", help="Write the numbers as JSON to a file, or to stdout with -.", metavar="FILE|-")
     ] = None,
@@ -32,15 +33,24 @@ def evaluate(
     attitude.parquet or their folder) are aligned by none, yaw or frames.
     """
     kind = config.choose("alignment", align, (*options.ALIGNMENTS, "frames"))
+    from bematist.attitudes import Attitude
     from bematist.evaluate import evaluate as compute
     from bematist.evaluate import evaluate_attitude
     from bematist.io import read_attitude, read_reference, read_trajectory
     from bematist.io.attitude_files import attitude_file
+    from bematist.synchronise import sync as synchronised
 
-    if attitude_file(trajectory) is not None:
-        found = evaluate_attitude(read_attitude(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
+    judged = read_attitude(trajectory) if attitude_file(trajectory) is not None else read_trajectory(trajectory)
+    truth = read_reference(reference)
+    if sync:
+        shift = synchronised(judged, truth)
+        truth = shift.apply(truth)
+        ppm = 1e6 * shift.drift
+        warn([f"The reference's clock was set by {shift.offset_s:+.3f} s, {ppm:+.1f} ppm (correlation {shift.correlation:.2f})."])
+    if isinstance(judged, Attitude):
+        found = evaluate_attitude(judged, truth, align=kind)  # pyright: ignore[reportArgumentType]
     else:
-        found = compute(read_trajectory(trajectory), read_reference(reference), align=kind)  # pyright: ignore[reportArgumentType]
+        found = compute(judged, truth, align=kind)  # pyright: ignore[reportArgumentType]
     text = to_json(found.to_dict())
     if json == "-":
         sys.stdout.write(text)
