@@ -44,7 +44,7 @@ class DetectionParameters(Parameters):
         "and it rings after the last.",
     )
     stride_selectivity: float = Field(
-        default=2.0,
+        default=1.5,
         gt=0.3,
         le=5,
         description="The same where a device turns back and forth once a stride, as in a swinging hand: the wave of half the frequency "
