@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bematist.recording import Reference
     from bematist.trajectory import Trajectory
 
-FILES = ("trajectory.parquet", "trajectory.csv", "summary.json", "config.toml", "evaluation.json", "report.html")
+FILES = ("trajectory.parquet", "trajectory.csv", "steps.csv", "summary.json", "config.toml", "evaluation.json", "report.html")
 """Names of the files in a folder of results."""
 
 
@@ -38,6 +38,8 @@ def write_results(
     from bematist.io import write_trajectory
 
     write_trajectory(trajectory, folder)
+    if trajectory.steps is not None:
+        trajectory.steps.to_polars().write_csv(folder / "steps.csv", float_precision=6)
     summary = trajectory.summary()
     (folder / "summary.json").write_text(to_json(summary), "utf-8")
     (folder / "config.toml").write_text(_config(trajectory, reading, placing), "utf-8")
