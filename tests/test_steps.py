@@ -145,6 +145,16 @@ def test_stairs_by_the_barometer():
     np.testing.assert_array_equal(without.event_time, found.event_time)
 
 
+@pytest.mark.parametrize("every_s", [0.1, 1.0, 4.5])
+def test_climbing_by_a_pressure_of_any_interval(every_s):
+    r, _ = walk(walk_s=60.0)
+    t = np.arange(0.0, r.time[-1], every_s)
+    pressure = 101325 * np.exp(-0.3 * t / 8434)
+    climb = steps.analyse(r.replace(pressure_time=t, pressure=pressure)).features[:, steps.FEATURES.index("climb_speed")]
+    np.testing.assert_allclose(climb[r.time > 40], 0.3, rtol=0.01)
+    assert climb.max() < 0.33
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
     ("turn_rad", "shift_m", "every_s", "without"),

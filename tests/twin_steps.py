@@ -201,7 +201,7 @@ def climbing(time, pressure, seconds):
             a = dt / (dt + seconds)
             ahead = level + speed * dt
             speed += a * a * (height - ahead) / dt
-            level = ahead + 2 * a * (height - ahead)
+            level = ahead + a * (2 - a) * (height - ahead)
         last, out[k:] = time[k], speed
     return out
 

@@ -153,7 +153,9 @@ def _drifting(shift: Shift, a: tuple[float, Array], b: tuple[float, Array]) -> S
     drift_sd = sd / math.sqrt(float(spread @ spread))
     if abs(drift) < 3 * drift_sd:
         return replace(shift, offset_s=float(np.median(d[good])), sd_s=sd / math.sqrt(good.sum()), drift_sd=drift_sd)
-    return replace(shift, offset_s=middle - drift * float(t.mean()), sd_s=sd / math.sqrt(good.sum()), drift=drift, drift_sd=drift_sd)
+    # The offset is that at time 0 of b, which may lie far from the middle of the pieces.
+    sd_s = math.hypot(sd / math.sqrt(good.sum()), float(t[good].mean()) * drift_sd)
+    return replace(shift, offset_s=middle - drift * float(t.mean()), sd_s=sd_s, drift=drift, drift_sd=drift_sd)
 
 
 def _rates(x: Source) -> tuple[Array, Array] | None:

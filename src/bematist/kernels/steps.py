@@ -67,7 +67,10 @@ def _begin(S, prm, t, f0, f1, f2):
 
 @inlined
 def _pressure(S, prm, t, pressure):
-    """Speed of climbing from the pressure, smoothed twice over CLIMB_S: near the ground 8.4 km of air weigh as much as all of it."""
+    """Speed of climbing from the pressure, smoothed twice over CLIMB_S: near the ground 8.4 km of air weigh as much as all of it.
+
+    With the share a of a new value, gains 2a − a² and a² are those of two equal decays, 1 − a each, at any interval.
+    """
     height = -8434.0 * math.log(pressure / 101325.0)
     if S[at.HEIGHT_KNOWN] == 0 or not t - S[at.HEIGHT_TIME] < 5:
         S[at.HEIGHT], S[at.CLIMB], S[at.HEIGHT_KNOWN] = height, 0.0, 1.0
@@ -75,7 +78,7 @@ def _pressure(S, prm, t, pressure):
         dt = t - S[at.HEIGHT_TIME]
         a = dt / (dt + prm[at.CLIMB_S])
         change = a * (height - S[at.HEIGHT] - S[at.CLIMB] * dt)
-        S[at.HEIGHT] += S[at.CLIMB] * dt + 2 * change
+        S[at.HEIGHT] += S[at.CLIMB] * dt + (2 - a) * change
         if dt > 0:
             S[at.CLIMB] += a * change / dt
     S[at.HEIGHT_TIME] = t
