@@ -46,6 +46,18 @@ def test_flicker_has_the_allan_deviation_of_its_instability():
     assert not flicker(0.0, 10, np.random.default_rng(0)).any()
 
 
+@pytest.mark.parametrize("rate", [50.0, 100.0, 238.0, 1000.0])
+def test_fast_flicker_reaches_down_to_a_sample(rate):
+    made = simulate_walk(
+        "still", "ideal", rest_s=4e5 / rate, rate_hz=rate, magnetometer_rate_hz=0, gyro_bias_instability=2.0, flicker_from_s=0.0
+    )
+    for samples in (1, 2, 5, 10, 30, 100, 1000):
+        found = allan_deviation(made.errors.gyro_bias[1:], rate, samples / rate)
+        assert found == pytest.approx(0.664 * 2.0, rel=0.12 if samples < 1000 else 0.25), samples
+    slow = simulate_walk("still", "ideal", rest_s=10.0, rate_hz=rate, magnetometer_rate_hz=0, gyro_bias_instability=2.0)
+    assert allan_deviation(slow.errors.gyro_bias[1:], rate, 1 / rate) < 0.2
+
+
 def test_saturation_clips():
     r = simulate("short", "lsm9ds1", gyro_range=5.0, accel_range=15.0)
     assert np.abs(r.angular_rate).max() == 5.0

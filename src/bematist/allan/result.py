@@ -76,11 +76,15 @@ class SensorAllan:
         return float(np.sqrt(np.mean(squares))) if squares else None
 
     def drift(self, horizon_s: float) -> float | None:
-        """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise; None without."""
+        """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise; None without.
+
+        A noise whose interval reaches down to 0 may be none, and is left out.
+        """
         slow = []
         for fit in self.fits:
             if fit is not None:
-                fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()))
+                doubtful = (name for name, found in fit.coefficients.items() if found.low <= 0)
+                fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()), *doubtful)
                 slow.append(float(fit.variance(np.array([horizon_s]), without=fast)[0]))
         return float(np.sqrt(3 * np.mean(slow) / horizon_s)) if slow and max(slow) > 0 else None
 

@@ -95,6 +95,12 @@ class Sensor(Parameters):
     magnetic_noise_density: float = Field(default=0.0, description="Magnetometer white noise, µT/√Hz.", ge=0)
     accel_bias_instability: float = Field(default=0.0, description="m/s².", ge=0)
     gyro_bias_instability: float = Field(default=0.0, description="rad/s.", ge=0)
+    flicker_from_s: float = Field(
+        default=3.0,
+        description="Shortest correlation time of flicker noise, s. 0: down to single samples, as an Allan deviation takes it to be; a "
+        "walk does not feel the difference, and takes longer to make.",
+        ge=0,
+    )
     accel_rate_random_walk: float = Field(default=0.0, description="Random walk of the accelerometer's bias, m/s²/√s.", ge=0)
     gyro_rate_random_walk: float = Field(default=0.0, description="Random walk of the gyroscope's bias, rad/s/√s.", ge=0)
     accel_bias: Point = Field(default=_ZERO, description="Constant bias, m/s².")
