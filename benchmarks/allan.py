@@ -81,7 +81,7 @@ def flicker(n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def at_rest(name: str, seed: int, hours: float) -> bm.Recording:
-    """A simulated rest whose flicker noise reaches down to single samples; the simulator's own begins at 3 s unless `flicker_from_s` is 0."""
+    """A simulated rest whose flicker reaches down to single samples, with twice as many processes a decade as the simulator's own."""
     s, rng = SENSORS[name], np.random.default_rng([seed, 1])
     r = simulate("still", s.override({"accel_bias_instability": 0.0, "gyro_bias_instability": 0.0}), seed, rest_s=3600 * hours)
     force, rate = r.specific_force, r.angular_rate
