@@ -23,10 +23,11 @@ format: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
-# docs/accuracy.md: every recording at hand, by every method; the table in docs/attitude.md
+# docs/accuracy.md: every recording at hand, by every method; the tables in docs/attitude.md and docs/map.md
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/attitude.py
+	$(BIN)/python benchmarks/waypoints.py
 
 # the table of docs/stance.md: what was tried on runs
 tried: $(STAMP)

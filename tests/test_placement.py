@@ -68,6 +68,16 @@ def test_a_path_begins_as_its_reference_does(first: int) -> None:
     assert turned.position is None and turned.turn_deg == pytest.approx(found.turn_deg)
 
 
+def test_a_fix_just_before_the_first_sample_is_the_start() -> None:
+    t = walk(12_000)
+    reference = moved_reference(0.0, (5.0, 6.0, 0.0))
+    reference.time[0] -= 0.3
+    assert by_reference(t, reference, start=True, heading=False).position == pytest.approx((5.0, 6.0, 0.0))
+    reference.time[0] -= 10
+    later = by_reference(t, reference, start=True, heading=False).place(t)
+    assert later.position[400] == pytest.approx(reference.position[1])
+
+
 def test_an_unknown_height_stays_at_zero() -> None:
     reference = moved_reference(0.0, (5.0, 5.0, 0.0))
     reference.position[:, 2] = np.nan

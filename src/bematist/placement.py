@@ -24,6 +24,10 @@ SHORTEST_LEG_M = 2.0
 """A reference, or a path, that does not get farther than this on its first leg tells no heading."""
 
 
+EARLY_S = 1.0
+"""A fix at most this much before the first sample, s, counts as at that sample: phones start their sensors one after the other."""
+
+
 class Placement(Parameters):
     """How a path is laid into its frame once it is tracked: turned about its own start, then shifted."""
 
@@ -78,7 +82,7 @@ def by_reference(trajectory: Trajectory, reference: Reference, *, start: bool, h
     from bematist.evaluate.pairing import sample
 
     p = reference.position
-    inside = (reference.time >= trajectory.time[0] - 1e-6) & (reference.time <= trajectory.time[-1] + 1e-6)
+    inside = (reference.time >= trajectory.time[0] - EARLY_S) & (reference.time <= trajectory.time[-1] + 1e-6)
     rows = np.flatnonzero(inside & np.isfinite(p[:, :2]).all(1))
     if not len(rows):
         raise DataError(

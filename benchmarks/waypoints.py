@@ -1,0 +1,69 @@
+"""Paths of a phone in a hand against a surveyor's waypoints: the table and the pictures of docs/map.md (part of `make accuracy`).
+
+The recordings are looked for at BEMATIST_SHARED, then beside the project. The plan is drawn here: a corridor along the waypoints.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import bematist as bm
+from bematist.placement import by_reference
+from bematist.report import still_path
+
+ROOT = Path(__file__).resolve().parents[1]
+DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "hand/ms_indoor20"
+METHODS = ("gyint", "quest", "magyq", "hand")
+START, END = "<!-- waypoints -->", "<!-- /waypoints -->"
+
+
+def corridor(points: np.ndarray, half_width_m: float = 2.5) -> dict[str, object]:
+    """A plan in plain metres: walls on both sides of the way through the points (K,2), and where the waypoints are."""
+    leg = np.diff(points, axis=0)
+    along = np.vstack([leg[:1], leg[1:] + leg[:-1], leg[-1:]])
+    side = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1, keepdims=True) * half_width_m
+    ring = np.vstack([points + side, (points - side)[::-1], (points + side)[:1]])
+    geometry = {"type": "Polygon", "coordinates": [ring.tolist()]}
+    return {"type": "Feature", "properties": {"name": "corridor"}, "geometry": geometry}
+
+
+def main() -> None:
+    if not DATA.is_dir():
+        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds hand/.")
+    head = (
+        "recording",
+        "method",
+        "begun as the reference: median, largest error",
+        "aligned by yaw: the same",
+        "length over the waypoints'",
+    )
+    lines = [START, "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for number, file in enumerate(sorted(DATA.glob("site*.txt"))):
+        r = bm.read(file)
+        assert r.reference is not None
+        plan_file = ROOT / "build" / f"{file.stem}.geojson"
+        plan_file.parent.mkdir(exist_ok=True)
+        plan_file.write_text(json.dumps(corridor(r.reference.position[:, :2])))
+        placed = []
+        for method in METHODS:
+            t = bm.track(r, method)
+            t = by_reference(t, r.reference, start=True, heading=True).place(t)
+            placed.append(t)
+            free, fitted = (bm.evaluate(t, r.reference, align) for align in ("none", "yaw"))
+            errors = [f"{e.ate_plan_median_m:.1f}, {e.ate_plan_max_m:.1f} m" for e in (free, fitted)]
+            lines.append(f"| {file.stem.split('_5')[0]} | `{method}` | {errors[0]} | {errors[1]} | {free.length_ratio:.2f} |")
+            print(lines[-1], flush=True)
+        plan = bm.read_floor_plan(plan_file, scale=1.0)
+        still_path(placed[-1:], ROOT / f"docs/pictures/waypoints-{number + 1}.png", r.reference, floor_plan=plan, align="none")
+    page = ROOT / "docs" / "map.md"
+    before, rest = page.read_text().split(START)
+    page.write_text(before + "\n".join([*lines, END]) + rest.split(END)[1])
+
+
+if __name__ == "__main__":
+    main()
