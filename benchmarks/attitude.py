@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import ahrs
@@ -17,14 +18,19 @@ import vqf
 import bematist as bm
 from bematist import frames
 from bematist.ahrs import Ahrs
+from bematist.evaluate.attitude import Align
 from bematist.report import still_attitude
 
 ROOT = Path(__file__).resolve().parents[1]
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "attitude"
-TRIALS = {
-    "broad/12_undisturbed_slow_translation_C.mat": "BROAD 12: slow translation, undisturbed",
-    "broad/33_disturbed_attached_magnet_2cm.mat": "BROAD 33: a magnet 2 cm from the sensor",
+DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data"))
+TRIALS: dict[str, tuple[str, Align]] = {
+    "attitude/broad/12_undisturbed_slow_translation_C.mat": ("BROAD 12: slow translation, undisturbed", "none"),
+    "attitude/broad/33_disturbed_attached_magnet_2cm.mat": ("BROAD 33: a magnet 2 cm from the sensor", "none"),
+    "hand/nexus5_mocap/Guillaume_Nexus5_NoDist_Texting": ("phone, texting", "frames"),
+    "hand/nexus5_mocap/Thibaud_Nexus5_NoDist_Swinging": ("phone, swinging", "frames"),
 }
+"""Recordings: what they are, and what is taken out of the error. A motion capture knows neither North nor the phone's axes."""
+DRAWN = {"none": ("`gyro`", "`mahony`", "`madgwick`"), "frames": ("`gyint`", "`magyq-estimated`", "`hand`", "VQF, online")}
 START, END = "<!-- table -->", "<!-- /table -->"
 BLIND = {"integration": "first-order", "initial": {"gyro_bias_sd": 0.0}}
 """As printed, and without the gyroscope's offset from the rest: what the peers do."""
@@ -45,7 +51,10 @@ def _start_heading(r: bm.Recording) -> float:
 
 
 def peers(r: bm.Recording) -> Found:
-    """The packages ahrs, from the same start, and vqf."""
+    """vqf, and where every sample has all three sensors the package ahrs, from the same start, and vqf offline."""
+    online = {"VQF, online": _vqf(r)}
+    if len(r.magnetic_time) != len(r) or not np.isfinite(r.specific_force).all():
+        return online
     start = Ahrs(bm.FILTERS["madgwick"].parameters.override(BLIND))
     start.run(r)
     assert start.alignment is not None
@@ -57,9 +66,25 @@ def peers(r: bm.Recording) -> Found:
     return {
         "ahrs, Mahony": result(r, mahony),
         "ahrs, Madgwick": result(r, frames.multiply(frames.conjugate(NWU_FROM_ENU), madgwick)),
-        "VQF, online": result(r, vqf.VQF(dt).updateBatch(*sensors)["quat9D"]),
+        **online,
         "VQF, offline": result(r, vqf.offlineVQF(*sensors, dt)["quat9D"]),
     }
+
+
+def _vqf(r: bm.Recording) -> bm.Attitude:
+    """VQF, sample by sample, each sensor at its own rate."""
+    rows = r.samples()
+    known = np.isfinite(rows[:, 4:7]).all(1)
+    period = float(np.median(np.diff(r.magnetic_time))) if len(r.magnetic_time) > 1 else -1.0
+    v, found = vqf.VQF(1 / r.rate_hz, -1.0, period), []
+    for row in rows[known]:
+        v.updateGyr(np.ascontiguousarray(row[4:7]))
+        if np.isfinite(row[1:4]).all():
+            v.updateAcc(np.ascontiguousarray(row[1:4]))
+        if np.isfinite(row[7:10]).all():
+            v.updateMag(np.ascontiguousarray(row[7:10]))
+        found.append(v.getQuat9D())
+    return bm.Attitude(time=r.time[known], attitude=np.array(found), gyro_bias=np.full((len(found), 3), np.nan))
 
 
 def _loop(r: bm.Recording, update: Callable[..., np.ndarray], q: np.ndarray) -> np.ndarray:
@@ -76,21 +101,24 @@ def result(r: bm.Recording, q: np.ndarray) -> bm.Attitude:
 
 def main() -> None:
     if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds attitude/.")
+        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds attitude/ and hand/.")
     columns: list[dict[str, str]] = []
-    for path, words in TRIALS.items():
+    for path, (words, align) in TRIALS.items():
         print(words, flush=True)
         r = bm.read(DATA / path)
         assert r.reference is not None
-        mine = own(r)
-        column = {}
-        for name, a in {**mine, **peers(r)}.items():
-            d = bm.evaluate_attitude(a, r.reference).to_dict()
+        column, drawn = {}, []
+        for name, a in {**own(r), **peers(r)}.items():
+            e = bm.evaluate_attitude(a, r.reference, align)
+            d = e.to_dict()
             column[name] = " / ".join(f"{d[f'{key}_rmse_deg']:.2f}" for key in ("attitude", "heading", "tilt"))
+            if name in DRAWN[align]:
+                moved = a if align == "none" else bm.Attitude(time=e.time, attitude=e.attitude, gyro_bias=np.empty((0, 3)))
+                drawn.append(replace(moved, filter=name.strip("`")))
         columns.append(column)
-        still_attitude([mine[f"`{n}`"] for n in ("gyro", "mahony", "madgwick")], ROOT / f"docs/pictures/{Path(path).stem}.png", r.reference)
-    lines = [START, "| filter | " + " | ".join(TRIALS.values()) + " |", "|---" * (len(TRIALS) + 1) + "|"]
-    lines += ["| " + " | ".join([name, *(c[name] for c in columns)]) + " |" for name in columns[0]]
+        still_attitude(drawn, ROOT / f"docs/pictures/{Path(path).stem}.png", r.reference)
+    lines = [START, "| filter | " + " | ".join(words for words, _ in TRIALS.values()) + " |", "|---" * (len(TRIALS) + 1) + "|"]
+    lines += ["| " + " | ".join([name, *(c.get(name, "–") for c in columns)]) + " |" for name in columns[0]]
     page = ROOT / "docs" / "attitude.md"
     before, rest = page.read_text().split(START)
     page.write_text(before + "\n".join([*lines, END]) + rest.split(END)[1])

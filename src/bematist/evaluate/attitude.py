@@ -33,7 +33,8 @@ class AttitudeEvaluation:
     align : "none"; "yaw": the mean heading error was taken out first, of `turned_deg` (counter-clockwise); "frames": a constant rotation on
         either side was.
     rows : instants of the reference that were compared.
-    time, vectors : these instants (K,), s, and the error's rotation vectors in the navigation frame (K,3), rad, for plots.
+    time, attitude, vectors : these instants (K,), s, the aligned estimate (K,4) and the error's rotation vectors in the navigation frame
+        (K,3), rad, for plots.
     """
 
     error: AttitudeError
@@ -43,6 +44,7 @@ class AttitudeEvaluation:
     filter: str
     reference: str
     time: Array
+    attitude: Array
     vectors: Array
     notes: tuple[str, ...] = ()
 
@@ -124,6 +126,7 @@ def evaluate_attitude(estimate: Attitude | Trajectory, reference: Reference, ali
         filter=estimate.filter if isinstance(estimate, Attitude) else estimate.method,
         reference=reference.note,
         time=at,
+        attitude=mine,
         vectors=attitude_error_vectors(mine, true),
         notes=tuple(notes),
     )
