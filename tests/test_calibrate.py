@@ -1,5 +1,7 @@
 """Calibration: the truth of simulated sensors, bad input, files."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -333,6 +335,14 @@ def test_wrong_axes_are_found_named_and_put_right(made, sensor, axes):
     right = bm.calibrate(made.recording, gravity=made.scenario.gravity, field=made.scenario.field_ut).apply(made.recording)
     for name, atol in (("specific_force", 0.02), ("angular_rate", 0.01), ("magnetic_flux_density", 0.3)):
         np.testing.assert_allclose(getattr(better, name), getattr(right, name), atol=atol, err_msg=name)
+
+
+def test_a_late_magnetometer_is_noticed(made, found):
+    r = made.recording
+    late = bm.calibrate(r.replace(magnetic_time=r.magnetic_time + 0.043), gravity=made.scenario.gravity, field=made.scenario.field_ut)
+    assert re.search(r"stamps are 4[0-6] ms later", late["magnetometer"].note)
+    np.testing.assert_allclose(late["magnetometer"].matrix, found["magnetometer"].matrix, atol=2e-3)
+    assert not found["magnetometer"].note
 
 
 def test_axes_in_words():

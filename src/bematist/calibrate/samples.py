@@ -22,6 +22,11 @@ TURN = 0.5
 PAIR_S = 3.0
 """A pair does not reach over a longer time, s, in which the gyroscope may drift and the sensor may be carried elsewhere."""
 
+DELAY_STEP_S, DELAYS = 0.01, 8
+"""Delays between magnetometer and gyroscope that are tried, s, and how many to either side."""
+CLEARLY = 0.9
+"""A delay is believed where the misfit with it is this much of that without."""
+
 
 @dataclass(frozen=True, eq=False)
 class FieldSamples:
@@ -84,12 +89,15 @@ def sample_variance(recordings: Sequence[Recording]) -> float:
     return max(float(np.quantile(np.concatenate(found), 0.3)) / 0.47, 1e-12)
 
 
-def field_pairs(recordings: Sequence[Recording], offset: Array, S: Array) -> Pairs:
-    """Pairs of samples half a radian of turning apart, each sample used once, with the turn by the gyroscope calibrated so far."""
+def field_pairs(recordings: Sequence[Recording], offset: Array, S: Array, delay: float = 0.0) -> Pairs:
+    """Pairs of samples half a radian of turning apart, each sample used once, with the turn by the gyroscope calibrated so far.
+
+    delay : by how much, s, the magnetometer's stamps are later than the gyroscope's.
+    """
     noise = sample_variance(recordings)
     first, second, turn = [], [], []
     for r in recordings:
-        q, way = attitudes(r, offset, S, r.magnetic_time)
+        q, way = attitudes(r, offset, S, r.magnetic_time - delay)
         good = np.isfinite(q).all(1) & np.isfinite(r.magnetic_flux_density).all(1)
         i, j = _partners(way[good])
         rows = np.flatnonzero(good)
@@ -118,3 +126,22 @@ def _partners(way: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         first.append(np.linspace(a, b - 1, n).round().astype(np.int64))
         second.append(np.linspace(b, c - 1, n).round().astype(np.int64))
     return np.concatenate(first), np.concatenate(second)
+
+
+def stamp_delay(recordings: Sequence[Recording], offset: Array, S: Array, A: Array, h: Array) -> float:
+    """By how much, s, the magnetometer's stamps are later than the gyroscope's; 0 where no delay makes the pairs fit clearly better.
+
+    The median misfit of the pairs, with the field calibrated by A and h, at delays a hundredth of a second apart, and the top of the
+    parabola through the least and its neighbours.
+    """
+    tried = np.arange(-DELAYS, DELAYS + 1) * DELAY_STEP_S
+    misfit = []
+    for delay in tried:
+        p = field_pairs(recordings, offset, S, float(delay))
+        x, y = (p.first - h) @ A.T, (p.second - h) @ A.T
+        misfit.append(float(np.median(np.linalg.norm(y - np.einsum("nji,nj->ni", p.turn, x), axis=1))) if len(x) else np.inf)
+    k = int(np.argmin(misfit))
+    if not 0 < k < len(tried) - 1 or not misfit[k] < CLEARLY * misfit[DELAYS]:
+        return 0.0
+    a, b, c = misfit[k - 1 : k + 2]
+    return float(tried[k] + 0.5 * DELAY_STEP_S * (a - c) / (a - 2 * b + c))

@@ -17,7 +17,7 @@ from bematist.calibrate.known import KnownTurn, assigned, full_turns, measured_a
 from bematist.calibrate.magnetometer import Iron, calibrate_magnetometer, field_axes, fit_iron
 from bematist.calibrate.rests import Rests, find_rests
 from bematist.calibrate.result import QUANTITIES, Calibration, SensorCalibration
-from bematist.calibrate.samples import FieldSamples, Pairs, field_pairs, field_samples
+from bematist.calibrate.samples import FieldSamples, field_pairs, field_samples, stamp_delay
 from bematist.calibrate.turning import Turn, turns_between
 from bematist.calibrate.words import sensor_warnings
 from bematist.errors import DataError
@@ -122,11 +122,11 @@ def _prepare(given: list[Recording], request: Request) -> _Prepared:
     return _Prepared(given, rests, gravity, turns_between(rests, given), samples, iron, failures)
 
 
-def _pairs(ready: _Prepared, gyroscope: SensorCalibration | None) -> Pairs:
-    offset = np.median(ready.rests.rate, axis=0) if len(ready.rests) else np.zeros(3)
-    if gyroscope is None:
-        return field_pairs(ready.given, offset, np.eye(3))
-    return field_pairs(ready.given, gyroscope.offset, gyroscope.matrix)
+def _gyro(ready: _Prepared, gyroscope: SensorCalibration | None) -> tuple[Array, Array]:
+    """Offset and matrix of the gyroscope, as far as they are known."""
+    if gyroscope is not None:
+        return gyroscope.offset, gyroscope.matrix
+    return (np.median(ready.rests.rate, axis=0) if len(ready.rests) else np.zeros(3)), np.eye(3)
 
 
 def _wrong_axes(ready: _Prepared) -> Blame | None:
@@ -137,7 +137,7 @@ def _wrong_axes(ready: _Prepared) -> Blame | None:
         if len(turns) >= AXES_TURNS:
             gyro = best_axes(lambda P: misfit(turns, up, P))
     if ready.iron is not None:
-        mag = field_axes(ready.iron, _pairs(ready, None))
+        mag = field_axes(ready.iron, field_pairs(ready.given, *_gyro(ready, None)))
     if (gyro != np.eye(3)).any():
         return blame(gyro, mag)
     return Blame("magnetometer", mag) if mag is not None and (mag != np.eye(3)).any() else None
@@ -159,7 +159,7 @@ def _in_own_axes(s: SensorCalibration, wrong: Sequence[Blame]) -> SensorCalibrat
 def _calibrated(ready: _Prepared, request: Request, known: Sequence[KnownTurn]) -> tuple[dict[str, SensorCalibration], float]:
     """The sensors, and the elevation of the field, rad."""
     accelerometer = gyroscope = magnetometer = field = None
-    elevation = float("nan")
+    elevation, delay = float("nan"), 0.0
     for _ in range(ROUNDS):
         if ready.gravity is not None:
             accelerometer, gyroscope = calibrate_inertial(ready.gravity, ready.turns, field, known, _source(ready.given))
@@ -169,9 +169,15 @@ def _calibrated(ready: _Prepared, request: Request, known: Sequence[KnownTurn]) 
                 at = ready.samples.rest >= 0
                 x = accelerometer.apply(ready.rests.force[ready.samples.rest[at]])
                 up[at] = _units(x)
-            magnetometer, elevation = calibrate_magnetometer(ready.samples, ready.iron, _pairs(ready, gyroscope), up)
+            if magnetometer is not None:
+                delay = stamp_delay(ready.given, *_gyro(ready, gyroscope), magnetometer.matrix, magnetometer.offset)
+            pairs = field_pairs(ready.given, *_gyro(ready, gyroscope), delay)
+            magnetometer, elevation = calibrate_magnetometer(ready.samples, ready.iron, pairs, up)
             if ready.gravity is not None and np.isfinite(elevation):
                 field = _field_directions(ready.rests, magnetometer)
+    if magnetometer is not None and delay:
+        late = f"The magnetometer's stamps are {1e3 * delay:.0f} ms later than the gyroscope's"
+        magnetometer = replace(magnetometer, note=f"{late}. The calibration allows for that and leaves them as they are.")
     found = {"accelerometer": accelerometer, "gyroscope": gyroscope, "magnetometer": magnetometer}
     return {name: s for name, s in found.items() if s is not None and request.wants(name)}, elevation
 
