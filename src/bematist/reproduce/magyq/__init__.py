@@ -14,12 +14,10 @@ STUDY = Study(
     paper='V. Renaudin, C. Combettes, "Magnetic, Acceleration Fields and Gyroscope Quaternion (MAGYQ)-Based Attitude Estimation with '
     'Smartphone Sensors for Indoor Pedestrian Navigation", Sensors 14, 2014, doi:10.3390/s141222864',
     introduction=(
-        "The paper's recordings are not public. Its tests are simulated instead, with exact truth, which the paper had outdoors only: the "
-        "sensor of its Tables 1 and 2 (ADIS16488, with the units corrected), and a phone, whose sensors the title speaks of. Where the "
-        "paper "
-        "has one walk, here is a distribution. The simulated building has what the paper assumes, a field that is constant by regions; a "
-        "real "
-        "one is less kind. The equations are the corrected ones, and `magyq-estimated` and `hand` are not the paper's.",
+        "The paper's recordings are not public. Its tests are simulated instead, with exact truth, which the paper had outdoors only: "
+        "the sensor of its Tables 1 and 2 (ADIS16488, with the units corrected), and a phone, whose sensors the title speaks of. Where "
+        "the paper has one walk, here is a distribution. The simulated building has what the paper assumes, a field that is constant by "
+        "regions; a real one is less kind. The equations are the corrected ones, and `magyq-estimated` and `hand` are not the paper's.",
     ),
     parts=(
         Part("quaternion", "Figures 5 to 7: the gyroscope quaternion", gyroscope.cases, gyroscope.compute, show_gyroscope, 6.0),

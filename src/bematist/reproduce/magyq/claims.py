@@ -58,9 +58,8 @@ def _model(quaternion: Results, test: Results) -> list[Claim]:
         Claim(
             "the same trend is observed for all four components of the gyroscope quaternion (Figure 5)",
             "the fourth is shown",
-            f"the fourth is T/2 times the rate at every averaging time, to {apart:.1g} of it; the first has no random "
-            "walk "
-            "and no floor of its own",
+            f"the fourth is T/2 times the rate at every averaging time, to {apart:.1g} of it; the first has no random walk and no floor "
+            "of its own",
             "holds for three components",
             "The vector part is half the angle; the scalar part is 1 − T²|y|²/8.",
         ),
@@ -77,8 +76,7 @@ def _model(quaternion: Results, test: Results) -> list[Claim]:
             f"above the right critical value, 1.36 √(2/N), which 5 % should be: {walks}",
             "a misuse of the test",
             "A test rejects or does not; it gives no probability that a hypothesis holds. And it asks for independent samples: with a "
-            "random "
-            "walk large enough to be seen, two draws of one model differ.",
+            "random walk large enough to be seen, two draws of one model differ.",
         ),
         Claim(
             "only the first component slightly fails",
@@ -163,9 +161,8 @@ def _rivals(results: Results) -> Claim:
         "three walks",
         "rms of the heading: " + "; ".join(texts),
         "holds" if min(shares) > 0.9 else "holds against QUEST" if min(shares[1::2]) > 0.9 else "holds mostly",
-        "QUEST believes every field of the right norm. Against a good gyroscope the fixed reference of a static period is a gamble: it is "
-        "made "
-        "with the attitude as it is, and the covariance takes it for the truth.",
+        "QUEST believes every field of the right norm. Against a good gyroscope the fixed reference of a static period is a gamble: it "
+        "is made with the attitude as it is, and the covariance takes it for the truth.",
     )
 
 
@@ -201,8 +198,7 @@ def _budget(results: Results) -> Claim:
         "rms: " + "; ".join(texts),
         "holds" if min(shares) > 0.9 else "does not hold" if max(shares) < 0.5 else "depends on the filter",
         "With lengths calibrated for the walker, and steps that follow the model but for 3 % of noise each, which averages out. A height "
-        "that "
-        "is 5 cm wrong makes 3 % of the distance.",
+        "that is 5 cm wrong makes 3 % of the distance.",
     )
 
 
@@ -223,8 +219,7 @@ def _updates(results: Results) -> list[Claim]:
             f"{without('without MARU')}; {without('without local QSF')}",
             small,
             "One sample's noise enters two innovations with opposite signs and is taken for new each time: the update is far too "
-            "pessimistic. What "
-            "holds, or spoils, the heading is QSF.",
+            "pessimistic. What holds, or spoils, the heading is QSF.",
         ),
         Claim(
             "AGU estimates the offsets of accelerometer and gyroscope",
@@ -244,6 +239,5 @@ def _covariance(results: Results) -> Claim:
         "NEES at the end of a walk, 2.4 expected in the median: " + "; ".join(f"{name} {_size(v, '')}" for name, v in found.items()),
         "does not hold",
         "The reference of a static period is made from the estimate, and then taken for the truth; in the state it costs three "
-        "components. What looks like "
-        "the Earth's field errs for seconds: of that no covariance here is honest.",
+        "components. What looks like the Earth's field errs for seconds: of that no covariance here is honest.",
     )

@@ -37,10 +37,9 @@ def show_gyroscope(results: Results, page: Page) -> None:
     apart = np.abs(results.frame.select("ratio_smallest", "ratio_largest").to_numpy() - 1).max()
     page.text(
         "Three hours of the simulated ADIS16488 at rest, and its gyroscope quaternion (eq 19). The Allan deviation of the fourth "
-        "component "
-        f"is T/2 times that of the rate at all averaging times, to {apart:.1g} of it: the quaternion of one period "
-        "*is* half the angle, and says nothing that the rate does not. The first component, 1 − T²|y|²/8, is another thing: seven orders "
-        "smaller, and not Gaussian. The print's Figure 5 shows the fourth component."
+        f"component is T/2 times that of the rate at all averaging times, to {apart:.1g} of it: the quaternion of one period *is* half the "
+        "angle, and says nothing that the rate does not. The first component, 1 − T²|y|²/8, is another thing: seven orders smaller, and "
+        "not Gaussian. The print's Figure 5 shows the fourth component."
     )
     page.figure("figure-5", _deviation(first.arrays), "Figure 5 anew: Allan deviation of the rate, times T/2, and of the quaternion.")
     page.figure(
@@ -83,9 +82,9 @@ def show_test(results: Results, page: Page) -> None:
     page.text(
         f"Quaternions of a simulated gyroscope against quaternions drawn from the model (20), both centred and normalised, {n:,} samples "
         f"each. Two samples of that size differ by more than {right:.5f} in 5 % of all cases (the print's critical value, {printed:.5f}, "
-        "is "
-        "that of one sample against a known distribution). *exceeds* is the share of seeds with a distance above it. What the paper calls "
-        "a probability above 80 % that the hypothesis holds is none: the test gives how often such a distance would come about if it held."
+        "is that of one sample against a known distribution). *exceeds* is the share of seeds with a distance above it. What the paper "
+        "calls a probability above 80 % that the hypothesis holds is none: the test gives how often such a distance would come about if "
+        "it held."
     )
     rows = []
     for (walk, component), group in results.frame.group_by(["walk", "component"], maintain_order=True):
@@ -105,8 +104,8 @@ def show_test(results: Results, page: Page) -> None:
 def show_rest(results: Results, page: Page) -> None:
     """Figure 9."""
     page.text(
-        "5000 s on a table, where the field is constant and not the Earth's; heading and the Earth's field are known from before. "
-        "One field differs from the Earth's in its norm too, the other only in direction, by 31° in the plan."
+        "5000 s on a table, where the field is constant and not the Earth's; heading and the Earth's field are known from before. One "
+        "field differs from the Earth's in its norm too, the other only in direction, by 31° in the plan."
     )
     page.spread("rest", results.frame, ["field", "method"], HEADINGS, SPREAD)
     for number, field in enumerate(rest.FIELDS):
@@ -129,9 +128,8 @@ def show_outdoors(results: Results, page: Page) -> None:
     """Figure 10."""
     too_much = np.degrees(outdoors.TOO_MUCH)
     page.text(
-        f"The walk of 1.5 km without the building: parked cars and a facade only. The rest at the start was made to say {too_much:.2g} "
-        "°/s too "
-        "much about the vertical, and the filters are told that it may."
+        f"The walk of 1.5 km without the building: parked cars and a facade only. The rest at the start was made to say {too_much:.2g} °/s "
+        "too much about the vertical, and the filters are told that it may."
     )
     page.spread("outdoors", results.frame, ["method"], HEADINGS, SPREAD)
     figure, (axes,) = sheet(width=8, height=4)
@@ -152,9 +150,8 @@ def show_consistency(results: Results, page: Page) -> None:
     page.text(
         f"{runs} walks of 300 m inside a building, with a phone whose errors are those that the filter believes in: white noise, constant "
         "offsets and the random walk of the gyroscope's. The normalised square of the attitude error is 3 on the average, 2.4 in the "
-        "median, "
-        f"if the filter knows how wrong it is; its mean over {runs} walks then lies between {low:.2f} and {high:.2f} in 95 %. *median of "
-        "each walk* is the median over the instants of a walk."
+        f"median, if the filter knows how wrong it is; its mean over {runs} walks then lies between {low:.2f} and {high:.2f} in 95 %. "
+        "*median of each walk* is the median over the instants of a walk."
     )
     columns = {"NEES at the end": "nees", "median of each walk": "nees_median", "heading error at the end °": "heading_deg"}
     columns |= {"its deviation says the filter °": "heading_sd_deg"}

@@ -34,15 +34,12 @@ def show_walks(results: Results, page: Page) -> None:
     seeds = len(results.cases) // len(SENSORS) // len(WALKERS)
     page.text(
         f"{seeds} walks of 1.5 km for each of three walkers and each of two sensors: along a parking lot, through a building whose field "
-        "is "
-        "constant by regions (of about 15 m, which differ by 8 µT in each component), around it, through it again, and back. The sensor "
-        "lies "
-        "on a table for the first ten seconds, and is held as one reads a phone from the first step on. Errors are those of the whole "
-        "walk, "
-        "nothing is aligned. *Position* is where the headings lead with the true steps, so that only headings err; the hand's own wander "
-        "about the walking direction is a part of it (about 2 m). *NEES* is the median over the instants of a walk, 2.4 where the "
-        "covariance "
-        "is honest. What the filters are told of the sensor is in `choices.py`; the ablations change one thing of `magyq`."
+        "is constant by regions (of about 15 m, which differ by 8 µT in each component), around it, through it again, and back. The "
+        "sensor lies on a table for the first ten seconds, and is held as one reads a phone from the first step on. Errors are those of "
+        "the whole walk, nothing is aligned. *Position* is where the headings lead with the true steps, so that only headings err; the "
+        "hand's own wander about the walking direction is a part of it (about 2 m). *NEES* is the median over the instants of a walk, 2.4 "
+        "where the covariance is honest. What the filters are told of the sensor is in `choices.py`; the ablations change one thing of "
+        "`magyq`."
     )
     for sensor in SENSORS:
         frame = results.frame.filter(pl.col("sensor") == sensor)
@@ -51,11 +48,10 @@ def show_walks(results: Results, page: Page) -> None:
     page.spread("walkers", per_walker, ["sensor", "walker", "method"], {k: COLUMNS[k] for k in list(COLUMNS)[:2]}, f"By walker. {SPREAD}")
     page.text(
         "The whole path by the methods of `track`: steps found, their lengths by eq 47 with the height of the walker and the numbers that "
-        "the "
-        "simulated walkers follow too (the paper calibrates them for each person), headings by the filter, the walking direction where the "
-        "device points. *Headings alone* is the path of the true steps by these headings, *lengths alone* that of the found steps in the "
-        "true directions; distance and steps are errors of their sums. Of a stranger whose height is guessed 5 cm wrong, lengths are 3 % "
-        "wrong."
+        "the simulated walkers follow too (the paper calibrates them for each person), headings by the filter, the walking direction "
+        "where the device points. *Headings alone* is the path of the true steps by these headings, *lengths alone* that of the found "
+        "steps in the true directions; distance and steps are errors of their sums. Of a stranger whose height is guessed 5 cm wrong, "
+        "lengths are 3 % wrong."
     )
     frame = results.frame.filter(pl.col("path_rms_m").is_not_null())
     page.spread("paths", frame, ["sensor", "method"], PATH_COLUMNS, SPREAD)
@@ -75,9 +71,8 @@ def show_held(results: Results, page: Page) -> None:
     """The same with another start."""
     page.text(
         "The same walk, but the hand holds the sensor in the rest at the start. It wanders by some tenths of a degree in those ten "
-        "seconds, "
-        "which the start takes for the gyroscope's offset: what that costs the gyroscope alone is the first row. The filters are told that "
-        "the rest may turn by 1° (their default)."
+        "seconds, which the start takes for the gyroscope's offset: what that costs the gyroscope alone is the first row. The filters are "
+        "told that the rest may turn by 1° (their default)."
     )
     page.spread("held", results.frame, ["sensor", "method"], COLUMNS, SPREAD)
 
