@@ -358,3 +358,14 @@ def test_still_picture(tmp_path: Path, suffix: str) -> None:
     content = (tmp_path / f"p.{suffix}").read_bytes()
     assert content.startswith(b"\x89PNG" if suffix == "png" else b"<?xml") and len(content) > 10_000
     assert [p.name for p in tmp_path.iterdir()] == [f"p.{suffix}"]
+
+
+def test_turns_are_not_added_up_at_the_pole() -> None:
+    from bematist.frames import quaternion_from_euler
+    from bematist.report.attitude_page import angles_deg
+
+    t = np.arange(2000) * 0.01
+    swinging = angles_deg(quaternion_from_euler(0.3 * np.sin(5 * t), np.radians(70) + 0.6 * np.sin(3 * t), 0.5 * np.sin(0.4 * t)))
+    assert np.nanmin(swinging["heading"]) >= 0 and np.nanmax(swinging["heading"]) <= 360 and np.nanmax(np.abs(swinging["roll"])) <= 180
+    level = angles_deg(quaternion_from_euler(0.0 * t, 0.0 * t, t))
+    assert np.ptp(level["heading"]) == pytest.approx(np.degrees(t[-1]))

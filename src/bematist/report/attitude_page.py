@@ -16,7 +16,7 @@ from bematist.recording import Reference
 from bematist.report import summary
 from bematist.report.decimate import extreme_indices
 from bematist.report.page import header, page_data, panel_section, write_page
-from bematist.report.panels import continuous
+from bematist.report.panels import broken, continuous
 from bematist.report.still import COLORS, dress, picture_path
 from bematist.report.subject import AXES, Panel
 from bematist.report.traces import Budget, Trace, line
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from bematist.evaluate.attitude import Align
 
 Array = NDArray[np.float64]
+
+UPRIGHT_DEG = 80.0
+"""A pitch steeper than this, degrees, is upright: heading and roll then turn about nearly the same axis."""
 
 ANGLES = (("heading", "Heading"), ("roll", "Roll"), ("pitch", "Pitch"))
 
@@ -80,9 +83,15 @@ def _evaluated(attitudes: Sequence[Attitude], reference: Reference | None, align
 
 
 def angles_deg(attitude: Array) -> dict[str, Array]:
-    """Heading, roll and pitch (N,), degrees, of attitudes (N,4), continued through 360°."""
+    """Heading, roll and pitch (N,), degrees, of attitudes (N,4), continued through 360°.
+
+    Where the x axis comes to stand upright, heading and roll jump at the pole, and turns added up there would never come back: they then
+    stay within one turn.
+    """
     roll, pitch, yaw = np.moveaxis(euler_from_quaternion(attitude), -1, 0)
     none = np.empty((0, 2), np.int64)
+    if len(pitch) and np.degrees(np.nanmax(np.abs(pitch))) > UPRIGHT_DEG:
+        return {"heading": broken(heading_deg_from_yaw(yaw)), "roll": broken(np.degrees(roll)), "pitch": np.degrees(pitch)}
     return {
         "heading": continuous(heading_deg_from_yaw(yaw), none),
         "roll": continuous(np.degrees(roll), none),
@@ -111,7 +120,11 @@ def _angles(attitudes: Sequence[Attitude], reference: Reference | None) -> list[
         for k, a in enumerate(attitudes):
             y = _beside(found[k][key], a.time, found[0][key], attitudes[0].time)
             traces.append(line(a.time, y, budget.fast, f"@{k % 8}", a.filter, hovertemplate="%{y:.2f}°"))
-        note = "Of the sensor's x axis, clockwise from north, continued through 360°." if key == "heading" else ""
+        note = (
+            "Of the sensor's x axis, clockwise from north, continued through 360° unless that axis comes to stand upright."
+            if key == "heading"
+            else ""
+        )
         panels.append(Panel(key, title, f"{key} (°)", traces, note))
     return panels
 

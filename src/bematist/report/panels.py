@@ -115,7 +115,12 @@ def continuous(angle_deg: Array, stances: NDArray[np.int64]) -> Array:
     at = at if len(at) else np.flatnonzero(good)
     anchor = np.unwrap(angle_deg[at], period=360.0)
     centre = np.interp(np.arange(len(angle_deg)), at, anchor)
-    found = angle_deg - 360.0 * np.round((angle_deg - centre) / 360.0)
+    return broken(angle_deg - 360.0 * np.round((angle_deg - centre) / 360.0))
+
+
+def broken(angle_deg: Array) -> Array:
+    """An angle (N,), degrees, with NaN where it has jumped, so that no line is drawn there."""
+    found = np.array(angle_deg, float)
     with np.errstate(invalid="ignore"):
         found[1:][np.abs(np.diff(found)) > JUMP_DEG] = np.nan
     return found
