@@ -59,6 +59,9 @@ def test_yaw_alignment_recovers_the_motion(angle, shift, mirror):
     np.testing.assert_allclose(found.rotation, R, atol=1e-9)
     np.testing.assert_allclose(found.path(p), found.reference(r), atol=1e-9)
     np.testing.assert_allclose(found.onto_trajectory(r), p, atol=1e-8)
+    r[3, :2], r[5, 2] = np.nan, np.nan
+    assert np.isnan(found.onto_trajectory(r)[3]).all()
+    np.testing.assert_array_equal(np.isnan(found.onto_trajectory(r)[5]), [False, False, True])
 
 
 @given(st.tuples(*[st.floats(-1.8, 1.8)] * 3), shifts, st.booleans())

@@ -224,6 +224,21 @@ def test_no_steps_are_said():
     assert t.steps.to_polars().is_empty()
 
 
+def test_a_shoe_is_no_hand():
+    force, rate = HELD.specific_force.copy(), HELD.angular_rate.copy()
+    force[50::120, 2], rate[80::120, 0] = 45.0, 8.0
+    shoe = HELD.replace(specific_force=force, angular_rate=rate)
+    assert any("-m foot" in w for w in bm.track(shoe, "hand").warnings)
+    assert not any("-m foot" in w for w in bm.track(HELD, "hand").warnings)
+
+
+@pytest.mark.parametrize("method", ["quest", "magyq", "hand"])
+def test_a_missing_magnetometer_is_said(method):
+    without = HELD.replace(magnetic_time=[], magnetic_flux_density=np.empty((0, 3)))
+    assert any("no magnetometer" in w for w in bm.track(without, method).warnings)
+    assert not any("no magnetometer" in w for w in bm.track(without, "gyint").warnings)
+
+
 @pytest.mark.parametrize("n", [2, 3, 20, 200])
 def test_a_very_short_recording(n):
     r = HELD.replace(time=HELD.time[:n], specific_force=HELD.specific_force[:n], angular_rate=HELD.angular_rate[:n], reference=None)

@@ -51,10 +51,12 @@ def test_distances_are_those_of_scipy():
     centred = [(x - x.mean(0)) / x.std(0) for x in (a, b)]
     expected = [ks_2samp(x, y).statistic for x, y in zip(centred[0].T, centred[1].T, strict=True)]
     np.testing.assert_allclose(gyroscope.distances(a, b), expected)
-    # Two samples: the critical value is √2 larger than the print's. For samples that are not normalised it is exceeded in 5 %.
-    raw = [ks_2samp(*rng.standard_normal((2, 400))).statistic for _ in range(600)]
-    assert np.mean(np.array(raw) > gyroscope.critical(400)) == pytest.approx(0.05, abs=0.025)
-    assert np.mean(np.array(raw) > 1.36 / np.sqrt(400)) > 0.2
+
+
+def test_the_critical_value_is_exceeded_in_five_percent():
+    rng = np.random.default_rng(5)
+    d = gyroscope.distances(rng.standard_normal((1000, 1500)), rng.standard_normal((1000, 1500)))
+    assert np.mean(d > gyroscope.critical(1000)) == pytest.approx(0.05, abs=0.015)
 
 
 def test_the_first_component_fails_and_a_large_walk_too():
@@ -64,7 +66,7 @@ def test_the_first_component_fails_and_a_large_walk_too():
     limit = gyroscope.critical(20_000)
     white = np.array([[row["distance"] for row in rows] for rows in found("none")])
     assert (white[:, 0] > 8 * limit).all()
-    assert (white[:, 1:] < limit).all()  # normalised, it is hardly ever exceeded
+    assert (white[:, 1:] > limit).mean() < 0.2
     large = np.array([gyroscope.distances(*_drawn(seed)) for seed in range(6)])
     assert (large[:, 1:] > limit).mean() > 0.8
 

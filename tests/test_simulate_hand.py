@@ -218,5 +218,5 @@ def test_real_hands_beside_it(carry):
 def test_wrong_use_is_said(call, says):
     with pytest.raises(UsageError, match=says):
         simulate_hand("short", **call)
-    with pytest.raises(UsageError, match="parameter.*height_m"):
+    with pytest.raises(UsageError, match=r"parameter.*height_m"):
         simulate_walk("short", height_m=1.8)

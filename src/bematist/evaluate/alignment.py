@@ -57,14 +57,11 @@ class Alignment:
         return np.asarray(position, float) * (MIRROR if self.mirrored else 1.0)
 
     def onto_trajectory(self, position: ArrayLike) -> Array:
-        """Positions (…,3) of the reference in the trajectory's frame, to draw it there; up stays NaN where it is
-        unknown.
-        """
+        """Positions (…,3) of the reference in the trajectory's frame, to draw it there; what is unknown stays NaN."""
         p = self.reference(position)
-        known = np.isfinite(p[..., 2:])
-        back = (np.where(np.isfinite(p), p, self.translation) - self.translation) @ self.rotation
-        back[..., 2:] = np.where(known, back[..., 2:], np.nan)
-        return back
+        known = np.isfinite(p)
+        back = (np.where(known, p, self.translation) - self.translation) @ self.rotation
+        return np.where(known & known[..., :2].all(-1, keepdims=True), back, np.nan)
 
     def __str__(self) -> str:
         return self.kind + (", mirrored" if self.mirrored else "")

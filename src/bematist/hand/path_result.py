@@ -11,10 +11,32 @@ from numpy.typing import NDArray
 from bematist.hand.result import diagnostics
 from bematist.kernels import hand_layout
 from bematist.kernels import pdr_layout as at
+from bematist.recording import Recording
 from bematist.steps import CARRYING, MOTIONS
 from bematist.trajectory import Steps, Trajectory
 
 Array = NDArray[np.float64]
+
+
+STRIKE, SWING = 30.0, 6.0
+"""m/s², rad/s: a shoe exceeds both in nearly every second of a walk (half to all of them in nine recordings), a hand that walks in none."""
+
+
+def worn_on_shoe(recording: Recording) -> list[str]:
+    """A warning where the signals are those of a shoe."""
+    if not len(recording) or recording.phone:
+        return []
+    second = np.floor(recording.time - recording.time[0]).astype(int)
+    peaks = [np.zeros(second[-1] + 1) for _ in range(2)]
+    for peak, values in zip(peaks, (recording.specific_force, recording.angular_rate), strict=True):
+        np.fmax.at(peak, second, np.sqrt(np.square(values).sum(1)))
+    share = float(((peaks[0] > STRIKE) & (peaks[1] > SWING)).sum() / len(np.unique(second)))
+    if share < 0.25:
+        return []
+    return [
+        f"In {100 * share:.0f} % of the seconds the sensor strikes and swings as a shoe does, of which the methods of the hand count no "
+        "steps: for a sensor on the shoe take the method foot (-m foot)."
+    ]
 
 
 def judge(nav: Array, d: NDArray[np.float32]) -> list[str]:

@@ -11,7 +11,7 @@ from bematist import stance, steps
 from bematist.estimator import Estimator
 from bematist.hand import result
 from bematist.hand.path_parameters import HandPdrParameters
-from bematist.hand.path_result import judge, trajectory
+from bematist.hand.path_result import judge, trajectory, worn_on_shoe
 from bematist.hand.path_result import steps as listed
 from bematist.hand.path_setup import kernel_parameters, pointed, workspace
 from bematist.hand.setup import initial_state
@@ -93,6 +93,9 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
         if len(self._room) < most:
             self._room = np.empty((most, kernel.STEP_ROW))
         return self._room
+
+    def _suits(self, recording: Recording) -> list[str]:
+        return worn_on_shoe(recording)
 
     def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
         attitude, attitude_diagnostics, nav, diagnostics = results

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 def judge(nav: Array, d: NDArray[np.float32], p: HandParameters, has_magnetometer: bool, doubtful: str = "heading") -> list[str]:
     """Warnings about the result; `doubtful` is what a gap puts in doubt."""
     found = bridging_warnings(nav[:, 0], d[:, kernel.BRIDGED], doubtful)
-    if p.attitude.correction == "kalman" and p.attitude.magnetic.use:
+    if p.attitude.correction != "none" and p.attitude.magnetic.use:
         verdict = d[:, kernel.FIELD_M + kernel.VERDICT]
         faults = int((verdict == kernel.FAULT).sum())
         used = int(np.isin(verdict, (kernel.LOCAL_USED, kernel.EARTH_USED)).sum())

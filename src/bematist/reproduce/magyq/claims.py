@@ -73,7 +73,7 @@ def _model(quaternion: Results, test: Results) -> list[Claim]:
         Claim(
             "the hypothesis of one distribution is verified with a probability above 80 % for components two to four (3.3.2)",
             "> 80 %, critical value 1.36/√N",
-            f"above the right critical value, 1.36 √(2/N), which 5 % should be: {walks}",
+            f"above the right critical value, 0.90 √(2/N) for samples that are normalised, which 5 % should be: {walks}",
             "a misuse of the test",
             "A test rejects or does not; it gives no probability that a hypothesis holds. And it asks for independent samples: with a "
             "random walk large enough to be seen, two draws of one model differ.",
