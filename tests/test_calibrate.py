@@ -424,5 +424,8 @@ def test_recordings_it_was_not_made_for(found, made):
     marked = bm.Calibration(sensors=found.sensors, sensing=Sensing(device="A"))
     with pytest.raises(DataError, match="of the device B"):
         marked.apply(r.replace(sensing=Sensing(device="B")))
+    assert any("device A" in w for w in marked.apply(r).warnings)
+    assert any("device B" in w for w in found.apply(r.replace(sensing=Sensing(device="B"))).warnings)
+    assert not any("device" in w for w in found.apply(r).warnings)
     walk = simulate_walk("short", DEVICE).recording
     assert found.apply(walk).notes[-1].startswith("Calibration: accelerometer, gyroscope, magnetometer")

@@ -50,6 +50,22 @@ def check(calibration: Calibration, recording: Recording) -> None:
 
 def doubts(calibration: Calibration, calibrated: Recording) -> list[str]:
     """What a calibrated recording makes doubtful of the calibration."""
+    return [*_unknown_device(calibration.sensing.device, calibrated.sensing.device), *_uneven(calibration, calibrated)]
+
+
+def _unknown_device(made: str, own: str) -> list[str]:
+    if bool(made) == bool(own):
+        return []
+    if own:
+        return [
+            f"The recording is of the device {own}, and the calibration does not tell for which one it was made: make sure that it was this."
+        ]
+    return [
+        f"The calibration was made for the device {made}, and the recording does not tell of which one it is: make sure that it is this."
+    ]
+
+
+def _uneven(calibration: Calibration, calibrated: Recording) -> list[str]:
     sensor = calibration.sensors.get("magnetometer")
     if sensor is None or not calibrated.has_magnetometer:
         return []
