@@ -57,11 +57,9 @@ def _unknown_device(made: str, own: str) -> list[str]:
     if bool(made) == bool(own):
         return []
     if own:
-        return [
-            f"The recording is of the device {own}, and the calibration does not tell for which one it was made: make sure that it was this."
-        ]
+        return [f"The recording is of the device {own}, and the calibration does not say of which: make sure that it is this one."]
     return [
-        f"The calibration was made for the device {made}, and the recording does not tell of which one it is: make sure that it is this."
+        f"The calibration was made for the device {made}, and the recording does not say of which it is: make sure that it is this one."
     ]
 
 
