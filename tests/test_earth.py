@@ -13,7 +13,7 @@ from bematist.earth import Earth, Field, as_date, earth_of, normal_gravity, rota
 from bematist.frames import conjugate, heading_deg_from_yaw, multiply, rotate
 from bematist.io import write_recording
 from bematist.recording import Reference
-from bematist.simulate import simulate, simulate_walk
+from bematist.simulate import simulate, simulate_hand, simulate_walk
 
 # NOAA, WMM2015v2testvalues.pdf: year, height km, latitude, longitude, X, Y, Z nT, inclination, declination.
 VALUES_2015 = [
@@ -154,10 +154,11 @@ def test_without_north_only_the_upward_part_of_the_rotation_is_known():
     assert found.north == "none" and abs(turned(found.attitude)) < 0.1
 
 
-def test_the_simulated_earth_turns_and_deflects():
-    still, turning = (simulate("short", "ideal", seed=1, sampling="instant", latitude_deg=x) for x in (None, LATITUDE))
-    motion = simulate_walk("short", "ideal", seed=1, sampling="instant").motion
-    state = motion.at(still.time)
+@pytest.mark.parametrize("walk", [simulate_walk, simulate_hand])
+def test_the_simulated_earth_turns_and_deflects(walk):
+    made = walk("short", sensor="ideal", seed=1, sampling="instant")
+    still, turning = made.recording, walk("short", sensor="ideal", seed=1, sampling="instant", latitude_deg=LATITUDE).recording
+    state = made.motion.at(still.time)
     earth = np.array(rotation_rate(np.radians(LATITUDE)))
     body = conjugate(state.attitude)
     np.testing.assert_allclose(turning.angular_rate - still.angular_rate, rotate(body, np.tile(earth, (len(still), 1))), atol=1e-12)

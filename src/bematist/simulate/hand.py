@@ -73,10 +73,14 @@ class HandMotion:
         return State(p[:, :3], v[:, :3], a[:, :3], q, w)
 
     def signals(self, time: Array) -> tuple[Array, Array]:
-        """Specific force (K,3), m/s², and angular rate (K,3), rad/s, in the sensor's axes at the times (K,), s."""
+        """Specific force (K,3), m/s², and angular rate (K,3), rad/s, in the sensor's axes at the times (K,), s.
+
+        Against the stars: where the Earth turns, its rate Ω is in the angular rate, and 2 Ω × v in the specific force.
+        """
         state = self.at(time)
-        force = state.acceleration + np.array([0.0, 0.0, self.scenario.gravity])
-        return rotate(conjugate(state.attitude), force), state.angular_rate
+        earth, to_body = np.array(self.scenario.earth_rate), conjugate(state.attitude)
+        force = state.acceleration + np.array([0.0, 0.0, self.scenario.gravity]) + 2 * np.cross(earth, state.velocity)
+        return rotate(to_body, force), state.angular_rate + rotate(to_body, np.broadcast_to(earth, force.shape))
 
 
 def _turning(s: Array, speed: Array) -> tuple[Array, Array]:

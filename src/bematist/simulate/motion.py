@@ -10,7 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.earth import rotation_rate
 from bematist.frames import conjugate, matrix_from_quaternion, multiply, quaternion_from_euler, rotate
 from bematist.simulate.parameters import Scenario
 from bematist.simulate.shape import Array, evaluated, shape_of
@@ -159,7 +158,7 @@ class Motion:
         """
         f, w = np.empty((len(time), 3)), np.zeros((len(time), 3))
         up = np.array([0.0, 0.0, self.scenario.gravity])
-        earth = self._earth_rate
+        earth = np.array(self.scenario.earth_rate)
         mounting = matrix_from_quaternion(self._mounting)
         still = mounting.T @ up
         for rows, k, moving, m in self._blocks(time):
@@ -177,11 +176,6 @@ class Motion:
     @cached_property
     def _mounting(self) -> Array:
         return quaternion_from_euler(*np.radians(self.scenario.mounting_deg))
-
-    @cached_property
-    def _earth_rate(self) -> Array:
-        latitude = self.scenario.latitude_deg
-        return np.zeros(3) if latitude is None else np.array(rotation_rate(np.radians(latitude)))
 
     @cached_property
     def _rocks(self) -> Array:

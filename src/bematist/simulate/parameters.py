@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator
 
 from bematist.config import look_up
-from bematist.earth import STANDARD_GRAVITY, normal_gravity
+from bematist.earth import STANDARD_GRAVITY, normal_gravity, rotation_rate
 from bematist.parameters import Parameters
 from bematist.simulate.carry import CARRIES, Carry, Walker
 from bematist.simulate.disturbances import Dipole, Facade, FieldRegion, FieldTurn, IndoorField, ParkedCars
@@ -67,6 +67,11 @@ class Scenario(Parameters):
     field_regions: tuple[FieldRegion, ...] = Field(default=(), description="Stretches where something constant is added to the field.")
     indoor_fields: tuple[IndoorField, ...] = Field(default=(), description="Stretches inside buildings, each with many such regions.")
     field_turns: tuple[FieldTurn, ...] = Field(default=(), description="Stretches where the field is turned and keeps its norm.")
+
+    @property
+    def earth_rate(self) -> tuple[float, float, float]:
+        """Rotation of the Earth, rad/s, East, North, Up; zero where it does not turn."""
+        return (0.0, 0.0, 0.0) if self.latitude_deg is None else rotation_rate(math.radians(self.latitude_deg))
 
     @field_validator("gaits")
     @classmethod
