@@ -26,7 +26,8 @@ def moved_reference(angle: float, shift: tuple[float, float, float], first: int 
 def test_everything_turns_and_only_the_position_is_shifted() -> None:
     t = walk(5000)
     placed = t.placed((10.0, -20.0, 3.0), turn_deg=90.0)
-    assert placed.position[0] == pytest.approx([10, -20, 3])
+    assert placed.position[0] == pytest.approx([10, -20, 3]) and placed.north == "given"
+    assert t.placed((10.0, -20.0, 3.0)).north == t.north
     east, north = (t.position - t.position[0])[:, :2].T
     assert placed.position[:, :2] == pytest.approx(np.column_stack([10 - north, -20 + east]), abs=1e-12)
     assert placed.velocity[:, :2] == pytest.approx(t.velocity[:, [1, 0]] * [-1, 1], abs=1e-12)

@@ -41,7 +41,7 @@ class Placement(Parameters):
     def place(self, trajectory: Trajectory) -> Trajectory:
         """The trajectory in its place. Everything turns together: path, velocities, attitudes, covariances."""
         if self.turn_deg:
-            trajectory = turned(trajectory, 90.0 - self.turn_deg)
+            trajectory = replace(turned(trajectory, 90.0 - self.turn_deg), north="given")
         if self.position is None:
             return trajectory
         return replace(trajectory, position=trajectory.position + (np.array(self.position) - trajectory.position[0]))
