@@ -8,10 +8,10 @@ import twin_pdr
 from bematist.frames import multiply, quaternion_from_euler, quaternion_from_rotation_vector, rotate
 from bematist.hand import HandAttitude, HandPdr, HandPdrParameters
 from bematist.hand.path_setup import kernel_parameters, workspace
-from bematist.kernels import barometer, pdr
+from bematist.kernels import barometer, pdr, pdr_ahead
 from bematist.kernels import pdr_layout as at
-from bematist.kernels.rotation import matrix
 from bematist.simulate import simulate_hand
+from bematist.steps import CARRYING
 from handheld import held
 
 HELD = held(6000)
@@ -40,8 +40,7 @@ def test_the_path_of_the_kernel_is_the_twins():
     np.testing.assert_allclose(t.position[-1, :2], twin.p, rtol=1e-9)
     P = t.covariance[-1, :2, :2].copy()
     u = np.array([np.cos(t.steps.direction[-1]), np.sin(t.steps.direction[-1])])
-    share = 1 / 3 if t.diagnostics["step_frequency"][-1] > 0 else 1 / 12
-    P -= share * t.steps.length[-1] ** 2 * np.outer(u, u)
+    P -= t.steps.length[-1] ** 2 * (pdr.LAG * np.outer(u, u) if t.diagnostics["step_frequency"][-1] > 0 else np.eye(2) / 12)
     np.testing.assert_allclose(P, twin.P[:2, :2], rtol=2e-3)  # the heading's variance is kept every 40 ms only
 
 
@@ -59,7 +58,7 @@ def test_the_gradient_of_the_heading_is_its_derivative():
     for _ in range(20):
         q = quaternion_from_euler(*rng.uniform(-1, 1, 3))
         d = rotate(q, np.array([0.0, 1.0, 0.0]))
-        g = np.array(pdr.heading_gradient(*d))
+        g = np.array(pdr_ahead.heading_gradient(*d))
         for i in range(3):
             psi = np.zeros(3)
             psi[i] = 1e-6
@@ -91,13 +90,28 @@ def test_the_height_of_the_kernel_is_the_twins():
         assert (W[at.UP], W[at.P_HEIGHT]) == pytest.approx(tuple(twin[k]), rel=1e-9, abs=1e-12)
 
 
+def ahead_of(q, carrying="texting"):
+    """Direction ahead (rad) of the kernel at an attitude."""
+    W = workspace(P)
+    W[at.NOW + at.R_Q : at.NOW + at.R_Q + 4] = q
+    e, n, _ = pdr_ahead.look_ahead(W, kernel_parameters(P, 0.1), at.NOW, CARRYING.index(carrying))
+    return np.arctan2(n, e)
+
+
 def test_ahead_of_a_raised_phone_is_its_back():
-    prm = kernel_parameters(P, 0.1)
     for pitch, yaw in ((0.0, 0.3), (60.0, 1.0), (89.0, -2.0), (91.0, 2.0), (-85.0, 0.5)):
         q = multiply(quaternion_from_euler(0.0, 0.0, yaw - np.pi / 2), quaternion_from_euler(np.radians(pitch), 0.0, 0.0))
-        W, row = workspace(P), np.zeros((1, 11))
-        pdr.look_ahead(W, prm, matrix(*q), row, 0, 0)
-        assert np.arctan2(W[at.AHEAD_N], W[at.AHEAD_E]) == pytest.approx(yaw, abs=1e-9)
+        assert ahead_of(q) == pytest.approx(yaw, abs=1e-9)
+
+
+@pytest.mark.parametrize("carry", ["phoning", "bag"])
+def test_ahead_of_a_device_on_its_edge_goes_on(carry):
+    """-x ahead and y up, tilted about the axis to the right, -z, until -x is steep: ahead stays West."""
+    upright = quaternion_from_euler(np.pi / 2, 0.0, 0.0)  # y up, x East, z South
+    np.testing.assert_allclose(rotate(upright, np.eye(3)), [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-12)
+    for tilt in np.radians([0.0, 40.0, 65.0, 80.0, -65.0, -80.0]):
+        q = multiply(quaternion_from_rotation_vector(np.array([0.0, tilt, 0.0])), upright)
+        assert abs(ahead_of(q, carry)) == pytest.approx(np.pi, abs=1e-9)
 
 
 def test_the_attitude_is_that_of_the_filter():
@@ -153,6 +167,35 @@ def test_each_way_of_carrying_has_its_axis(carry, axis):
     assert (t.steps.carrying == carry).mean() > 0.9
     turns = np.angle(np.exp(1j * (t.steps.direction - made.direction_at(t.steps.time))))
     assert np.abs(np.median(turns)) < np.radians(12)
+    assert np.abs(turns[:4]).max() < np.radians(35)  # the first steps are counted when it is known how the device is carried
+
+
+def test_before_the_first_walk_is_recognised_the_position_is_unsure():
+    """The body is metres away while its first steps wait to be counted, at every beginning of a walk."""
+    worst = []
+    for made in walks(6):
+        t = bm.track(made.recording, "hand")
+        waits = t.time < t.steps.counted[0]
+        error = (t.position - made.recording.reference.position)[waits, :2]
+        assert np.linalg.norm(error[-1]) > 1 and not t.position[waits, :2].any()
+        nees = (error * np.linalg.solve(t.covariance[waits, :2, :2], error[..., None])[..., 0]).sum(1)
+        worst.append(nees.max())
+        assert t.position_sd[0, 0] < 0.3
+    assert np.mean(worst) < 5 and max(worst) < 13.8
+
+
+def test_the_position_between_steps_is_as_far_off_as_it_says():
+    """How far the body is ahead of where it was at the last counted step: what is added for it is no less, and not twice as much."""
+    lag = []
+    for seed in range(6):
+        made = simulate_hand("straight", "texting", "phone", seed=seed, length_m=40.0)
+        t = bm.track(made.recording, "hand")
+        k = np.searchsorted(t.time, np.linspace(t.steps.counted[4], t.steps.counted[-1], 400)[:-1])
+        last = np.searchsorted(t.steps.counted, t.time[k], side="right") - 1
+        true = made.recording.reference.position
+        at_step = np.stack([np.interp(t.steps.time, made.recording.reference.time, p) for p in true.T], 1)
+        lag.append(np.mean(np.square(np.linalg.norm(true[k, :2] - at_step[last, :2], axis=1) / t.steps.length[last])))
+    assert 0.5 * pdr.LAG < np.mean(lag) < pdr.LAG
 
 
 def test_stairs_and_a_slope_have_their_height():

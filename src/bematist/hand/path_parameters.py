@@ -13,9 +13,6 @@ from bematist.steps.parameters import StepParameters
 
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 
-RIGHT: dict[Axis, Axis] = {"x": "-y", "-x": "y", "y": "x", "-y": "-x", "z": "-x", "-z": "x"}
-"""The axis that points to the right where the axis before it points ahead and the third one, or its opposite, up."""
-
 
 class StepLengthParameters(Parameters):
     """Step length s = h (a f + b) + c (MAGYQ eq 47) of a step frequency f, and its errors.
@@ -126,6 +123,12 @@ class HandPdrParameters(HandParameters):
     direction: DirectionParameters = DirectionParameters()
     altitude: HeightParameters = HeightParameters()
     sway_speed: float = Field(default=0.15, ge=0, description="How fast the body moves about the mean velocity of a step, m/s, rms.")
+    onset_speed: float = Field(
+        default=1.0,
+        ge=0,
+        description="How fast the body may walk while the first steps of a walk wait to be counted, m/s, rms. Larger: the position is less "
+        "sure at the beginning of a walk, and where something else shakes the device.",
+    )
 
 
 def pdr_parameters(attitude: HandParameters) -> HandPdrParameters:

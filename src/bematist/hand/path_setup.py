@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from bematist.align import Alignment
 from bematist.frames import conjugate, matrix_from_quaternion, multiply, quaternion_from_euler, rotate, yaw_from_heading_deg
-from bematist.hand.path_parameters import RIGHT, Axis, HandPdrParameters
+from bematist.hand.path_parameters import Axis, HandPdrParameters
 from bematist.kernels import pdr_layout as at
+from bematist.kernels.pdr import STRIDE_HZ
 from bematist.steps import CARRYING
 
 Array = NDArray[np.float64]
@@ -26,9 +27,24 @@ def axis(name: Axis) -> Array:
     return v
 
 
+def right(ahead: Axis, carrying: str) -> Array:
+    """The body axis (3,) that points to the right where the other points ahead and the way of carrying has an end up.
+
+    The screen is up where it is read and in a swinging hand, the upper edge (y) at the ear, in pocket and bag. Where that is the axis
+    ahead, it is the other way round.
+    """
+    up = axis("z" if carrying in ("texting", "swinging") else "y")
+    if abs(axis(ahead) @ up) > 0:
+        up = axis("y" if up[2] else "z")
+    return np.cross(axis(ahead), up)
+
+
 def workspace(p: HandPdrParameters) -> Array:
-    """The state before the first step."""
+    """The state before the first step, whose length would be that of a usual walk."""
     W = np.zeros(at.WORKSPACE_SIZE)
+    length = p.step_length
+    W[at.DIRECTION_E] = 1.0
+    W[at.LENGTH] = max(0.0, length.height * (length.a * STRIDE_HZ + length.b) + length.c)
     P = W[at.P : at.P + at.WIDTH**2].reshape(at.WIDTH, at.WIDTH)
     P[at.E_SCALE, at.E_SCALE] = p.step_length.scale_sd**2
     P[at.E_DIRECTION, at.E_DIRECTION] = p.direction.sd**2
@@ -66,11 +82,12 @@ def kernel_parameters(p: HandPdrParameters, gap_s: float) -> Array:
         at.OFFSET_COS: math.cos(direction.offset),
         at.OFFSET_SIN: math.sin(direction.offset),
         at.PENDULUM: length.pendulum,
+        at.ONSET_VAR: p.onset_speed**2,
     }
     prm[list(values)] = list(values.values())
     for k, name in enumerate(CARRYING):
         ahead = getattr(direction, name)
-        prm[at.AXES + 6 * k : at.AXES + 6 * k + 6] = [*axis(ahead), *axis(RIGHT[ahead])]
+        prm[at.AXES + 6 * k : at.AXES + 6 * k + 6] = [*axis(ahead), *right(ahead, name)]
     return prm
 
 
@@ -78,7 +95,7 @@ def ahead(q: Array, p: HandPdrParameters) -> float:
     """Direction (yaw, rad) in which the pointing axis of a read device looks at an attitude (4,), by the same rule as the kernel."""
     d = rotate(q, axis(p.direction.texting))
     if math.hypot(d[0], d[1]) < math.cos(p.direction.steep):
-        r = rotate(q, axis(RIGHT[p.direction.texting]))
+        r = rotate(q, right(p.direction.texting, "texting"))
         d = np.array([-r[1], r[0], 0.0])
     return math.atan2(d[1], d[0]) + p.direction.offset
 

@@ -11,81 +11,8 @@ from bematist.kernels import stance, steps
 from bematist.kernels import steps_layout as detector
 from bematist.kernels.barometer import height_variance, measure_height
 from bematist.kernels.jit import apart, inlined, kernel
+from bematist.kernels.pdr_ahead import mean_ahead, remember
 from bematist.kernels.rotation import matrix
-
-
-@inlined
-def level(C, x, y, z):
-    """A body axis in n."""
-    return C[0] * x + C[1] * y + C[2] * z, C[3] * x + C[4] * y + C[5] * z, C[6] * x + C[7] * y + C[8] * z
-
-
-@inlined
-def heading_gradient(d0, d1, d2):
-    """d(heading of d) / d(psi): the horizontal direction of a vector d in n that turns by psi × d."""
-    k = d2 / (d0 * d0 + d1 * d1)
-    return -k * d0, -k * d1, 1.0
-
-
-@inlined
-def look_ahead(W, prm, C, rows, k, carrying):
-    """The direction ahead, of unit length in plan, into W, and the variance of its heading.
-
-    The axis that points ahead, levelled; where it stands too upright to tell, at right angles to the axis that points to the right.
-    """
-    axes = at.AXES + 6 * int(carrying)
-    d0, d1, d2 = level(C, prm[axes], prm[axes + 1], prm[axes + 2])
-    h2 = d0 * d0 + d1 * d1
-    e, n = d0, d1
-    if h2 < prm[at.STEEP] * prm[at.STEEP]:
-        d0, d1, d2 = level(C, prm[axes + 3], prm[axes + 4], prm[axes + 5])
-        h2 = d0 * d0 + d1 * d1
-        e, n = -d1, d0
-    if h2 < 1e-6:
-        return
-    g0, g1, g2 = heading_gradient(d0, d1, d2)
-    h = math.sqrt(h2)
-    e, n = e / h, n / h
-    W[at.AHEAD_E] = prm[at.OFFSET_COS] * e - prm[at.OFFSET_SIN] * n
-    W[at.AHEAD_N] = prm[at.OFFSET_SIN] * e + prm[at.OFFSET_COS] * n
-    if prm[at.HEADING_FIXED] >= 0:
-        W[at.HEADING_VAR] = prm[at.HEADING_FIXED]
-    else:
-        xx, xy, xz, yy, yz, zz = rows[k, 5], rows[k, 6], rows[k, 7], rows[k, 8], rows[k, 9], rows[k, 10]
-        W[at.HEADING_VAR] = g0 * (g0 * xx + 2 * (g1 * xy + g2 * xz)) + g1 * (g1 * yy + 2 * g2 * yz) + g2 * g2 * zz
-
-
-@inlined
-def remember(W, prm, t):
-    """Integrate the direction ahead up to t, and keep an entry of the history every SLOT_S. Over a gap nothing is added."""
-    dt = t - W[at.TIME]
-    if W[at.STARTED] > 0 and dt <= prm[at.GAP_S]:
-        W[at.SUM_E] += dt * W[at.AHEAD_E]
-        W[at.SUM_N] += dt * W[at.AHEAD_N]
-    count = int(W[at.COUNT])
-    r = at.RING + at.SLOT * ((count - 1) % at.SLOTS)
-    if count == 0 or t - W[r] >= at.SLOT_S:
-        r = at.RING + at.SLOT * (count % at.SLOTS)
-        W[r], W[r + 1], W[r + 2], W[r + 3] = t, W[at.SUM_E], W[at.SUM_N], W[at.HEADING_VAR]
-        W[at.COUNT] = count + 1
-    W[at.TIME], W[at.STARTED] = t, 1.0
-
-
-@inlined
-def recall(W, t):
-    """The integrals of the direction ahead up to a time t that is past, and the variance of the heading then."""
-    count = int(W[at.COUNT])
-    after_t, after_e, after_n, variance = W[at.TIME], W[at.SUM_E], W[at.SUM_N], W[at.HEADING_VAR]
-    for back in range(1, min(count, at.SLOTS) + 1):
-        r = at.RING + at.SLOT * ((count - back) % at.SLOTS)
-        if W[r] <= t:
-            if after_t > W[r]:
-                u = min(1.0, (t - W[r]) / (after_t - W[r]))
-                return W[r + 1] + u * (after_e - W[r + 1]), W[r + 2] + u * (after_n - W[r + 2]), variance
-            return W[r + 1], W[r + 2], variance
-        after_t, after_e, after_n, variance = W[r], W[r + 1], W[r + 2], W[r + 3]
-    return after_e, after_n, variance
-
 
 LEG = 0.53  # of the height: hip to ground
 SMOOTH = 5.0  # steps that the height of the peaks is averaged over
@@ -130,14 +57,17 @@ def fade(W, i, share, variance):
 
 
 @inlined
-def correlated(W, prm, dt, heading_var):
+def correlated(W, prm, dt, heading_var, carrying):
     """Direction and heading errors dt after the step before.
 
-    Both are Gauss-Markov processes. The heading's variance is what the attitude filter says at this step; where that has shrunk, so has the
-    error that is carried on.
+    Both are Gauss-Markov processes. A device that is carried otherwise points otherwise: its direction's error begins anew. The heading's
+    variance is what the attitude filter says at this step; where that has shrunk, so has the error that is carried on.
     """
     d = at.P + (at.WIDTH + 1) * at.E_DIRECTION
     share = math.exp(-dt / prm[at.DIRECTION_S])
+    if W[at.STEPPED] > 0 and carrying != W[at.CARRIED]:
+        share = 0.0
+    W[at.CARRIED] = carrying
     fade(W, at.E_DIRECTION, share, share * share * W[d] + (1 - share * share) * prm[at.DIRECTION_VAR])
     h = at.P + (at.WIDTH + 1) * at.E_HEADING
     share = math.exp(-dt / prm[at.HEADING_S])
@@ -175,17 +105,14 @@ def add_step(W, prm, s, c, n):
 @apart
 def take_step(W, prm, t, frequency, size, motion, carrying):
     """The step that ended at t, of this frequency and height of its peak (m/s²): its mean direction, its length, and where it leads."""
-    period = 1 / frequency
-    e1, n1, heading_var = recall(W, t)
-    e0, n0, _ = recall(W, t - period)
-    c, n = e1 - e0, n1 - n0
+    c, n, heading_var = mean_ahead(W, prm, t - 1 / frequency, t, carrying)
     norm = math.sqrt(c * c + n * n)
     if norm > 1e-9:
         c, n = c / norm, n / norm
     else:
-        c, n = W[at.AHEAD_E], W[at.AHEAD_N]
+        c, n = W[at.DIRECTION_E], W[at.DIRECTION_N]
     dt = t - W[at.STEP_TIME] if W[at.STEPPED] > 0 else 0.0
-    correlated(W, prm, dt, heading_var)
+    correlated(W, prm, dt, heading_var, carrying)
     s = step_length(prm, frequency, follow_size(W, dt, size), motion, carrying)
     add_step(W, prm, s, c, n)
     W[at.STEP_TIME], W[at.LENGTH], W[at.DIRECTION_E], W[at.DIRECTION_N], W[at.FREQUENCY] = t, s, c, n, frequency
@@ -208,16 +135,43 @@ def write_step(W, prm, S, t, events, row):
     events[row, at.S_MOTION], events[row, at.S_CARRYING] = S[detector.MOTION], S[detector.CARRYING]
 
 
+LAG = 1.1  # mean square of how far the body is ahead of the last counted step, in step lengths
+STRIDE_HZ = 1.8  # steps of a usual walk
+
+
 @inlined
-def write(W, prm, S, t, rows, nav, k):
+def onset(S, prm, step_prm, t):
+    """Variance of the position along each axis by steps that wait to be counted, m², and of the velocity, (m/s)².
+
+    From a step before the first candidate on the body may walk. A walk is told after FIRST_STEPS, and candidates that no other follows are
+    none.
+    """
+    waiting = int(S[detector.PENDING_COUNT])
+    if S[detector.WALKING_NOW] > 0 or waiting == 0:
+        return 0.0, 0.0
+    first = S[detector.PENDING + detector.EVENT_TIME]
+    last = S[detector.PENDING + detector.EVENT * (waiting - 1) + detector.EVENT_TIME]
+    if (t - last) * step_prm[detector.SLOWEST_HZ] > 1.3:
+        return 0.0, 0.0
+    since = min(t - first + 1 / STRIDE_HZ, (step_prm[detector.FIRST_STEPS] + 1) / step_prm[detector.SLOWEST_HZ])
+    return prm[at.ONSET_VAR] * since * since, prm[at.ONSET_VAR]
+
+
+@inlined
+def write(W, prm, S, step_prm, t, rows, nav, k):
     """Row k of the results.
 
-    The position stands where the last step ended; while walking the body may be up to a step further, with equal chance: a third of the
-    squared length along the way. Velocity is that of the last step, zero where nobody walks.
+    The position stands where the last step ended. While walking the body is up to a step further, and that step is counted a quarter to a
+    half of a step late: LAG squared lengths along the way. At rest a step may have gone unseen, in any direction; where candidates wait to
+    be counted, several. Velocity is that of the last step, zero where nobody walks.
     """
     walking = S[detector.FREQUENCY] > 0 and W[at.STEPPED] > 0
     c, n, s = W[at.DIRECTION_E], W[at.DIRECTION_N], W[at.LENGTH]
-    held = s * s / 3 if walking else s * s / 12
+    held = LAG * s * s if walking else 0.0
+    away, moving = onset(S, prm, step_prm, t)
+    if not walking:
+        away += s * s / 12
+    sway = prm[at.SWAY_VAR] + moving
     nav[k, 0], nav[k, 1], nav[k, 2], nav[k, 3] = t, W[at.EAST], W[at.NORTH], W[at.UP]
     v = s * W[at.FREQUENCY] if walking else 0.0
     nav[k, 4], nav[k, 5], nav[k, 6] = v * c, v * n, 0.0
@@ -225,15 +179,15 @@ def write(W, prm, S, t, rows, nav, k):
         nav[k, 7 + i] = rows[k, 1 + i]
     for i in range(11, 23):
         nav[k, i] = 0.0
-    nav[k, 11] = W[at.P] + held * c * c
+    nav[k, 11] = W[at.P] + held * c * c + away
     nav[k, 12] = W[at.P + 1] + held * c * n
-    nav[k, 14] = W[at.P + at.WIDTH + 1] + held * n * n
+    nav[k, 14] = W[at.P + at.WIDTH + 1] + held * n * n + away
     nav[k, 16] = height_variance(W, prm, t)
     along = v * v * (prm[at.STEP_VAR] + prm[at.SCALE_VAR])
     across = v * v * (prm[at.TURN_VAR] + W[at.P + 6 * at.E_DIRECTION] + W[at.P + 6 * at.E_HEADING])
-    nav[k, 17] = prm[at.SWAY_VAR] + along * c * c + across * n * n
+    nav[k, 17] = sway + along * c * c + across * n * n
     nav[k, 18] = (along - across) * c * n
-    nav[k, 20] = prm[at.SWAY_VAR] + along * n * n + across * c * c
+    nav[k, 20] = sway + along * n * n + across * c * c
     nav[k, 22] = prm[at.SWAY_VAR]
     for i in range(6):
         nav[k, 23 + i] = rows[k, 5 + i]
@@ -244,11 +198,10 @@ def write(W, prm, S, t, rows, nav, k):
 
 @inlined
 def proceed(W, prm, S, step_prm, columns, rows, k, diag, events, written):
-    """One sample with values: look ahead, count steps, take them, hear the barometer. Returns how many steps there are now."""
+    """One sample with values: keep its attitude, count steps, take them, hear the barometer. Returns how many steps there are now."""
     t = columns[0, k]
     C = matrix(rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4])
-    look_ahead(W, prm, C, rows, k, S[detector.CARRYING])
-    remember(W, prm, t)
+    remember(W, t, rows, k)
     pressure = columns[10, k]
     new = steps.advance(
         *(S, step_prm, t, columns[1, k], columns[2, k], columns[3, k], columns[4, k], columns[5, k], columns[6, k]),
@@ -282,5 +235,5 @@ def run(S, step_prm, W, prm, columns, flags, rows, nav, diag, events):
             written = proceed(W, prm, S, step_prm, columns, rows, k, diag, events, written)
         diag[k, at.STEP_FREQUENCY] = S[detector.FREQUENCY]
         diag[k, at.MOTION], diag[k, at.CARRYING] = S[detector.MOTION], S[detector.CARRYING]
-        write(W, prm, S, columns[0, k], rows, nav, k)
+        write(W, prm, S, step_prm, columns[0, k], rows, nav, k)
     return written

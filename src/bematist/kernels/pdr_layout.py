@@ -12,14 +12,17 @@ EAST, NORTH, UP, UP_VAR = 25, 26, 27, 28
 STEP_TIME, LENGTH, DIRECTION_E, DIRECTION_N, FREQUENCY, STEPPED, WALKED = 29, 30, 31, 32, 33, 34, 35
 # barometer: pressure at its first sample, time of the last, offset, covariance of height and offset
 PRESSURE, PRESSURE_TIME, BARO_KNOWN, OFFSET, P_HEIGHT, P_CROSS, P_OFFSET = 36, 37, 38, 39, 40, 41, 42
-# the direction ahead, integrated over time, and its history: time, integral east, integral north, variance of the heading
-TIME, STARTED, AHEAD_E, AHEAD_N, HEADING_VAR, SUM_E, SUM_N, COUNT = 44, 45, 46, 47, 48, 49, 50, 51
+# how many attitudes the history holds, and how the device was carried at the last step
+COUNT, CARRIED = 44, 45
 # height of the steps' peaks, smoothed, and how many steps are in it
 SIZE, SIZES = 52, 53
-RING = 56
+# records of the attitude: time, quaternion, packed covariance; the newest, and the history
+R_TIME, R_Q, R_COVARIANCE = 0, 1, 5
+SLOT = 11
+NOW = 54
+RING = NOW + SLOT
 SLOTS = 512
-SLOT = 4
-SLOT_S = 0.04  # between entries, s
+SLOT_S = 0.04  # between records of the history, s
 WORKSPACE_SIZE = RING + SLOTS * SLOT
 
 # parameters prm
@@ -50,7 +53,8 @@ WORKSPACE_SIZE = RING + SLOTS * SLOT
     OFFSET_COS,
     OFFSET_SIN,
     PENDULUM,
-) = range(26)
+    ONSET_VAR,
+) = range(27)
 AXES = 32  # of each way of carrying: the axis ahead (3) and the one to the right (3)
 PARAMETERS = AXES + 6 * 5
 
