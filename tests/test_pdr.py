@@ -7,11 +7,17 @@ import bematist as bm
 import twin_pdr
 from bematist.frames import multiply, quaternion_from_euler, quaternion_from_rotation_vector, rotate
 from bematist.hand import HandAttitude, HandPdr, HandPdrParameters
-from bematist.hand.path_setup import kernel_parameters, workspace
+from bematist.hand.path_setup import kernel_parameters, pointed, workspace
+from bematist.hand.setup import kernel_parameters as filter_parameters
+from bematist.hand.start import start
 from bematist.kernels import barometer, pdr, pdr_ahead
+from bematist.kernels import hand_layout as filter_at
 from bematist.kernels import pdr_layout as at
+from bematist.kernels import steps_layout as detector
 from bematist.simulate import simulate_hand
 from bematist.steps import CARRYING
+from bematist.steps import kernel_parameters as detector_parameters
+from bematist.steps import workspace as detector_workspace
 from handheld import held
 
 HELD = held(6000)
@@ -88,6 +94,40 @@ def test_the_height_of_the_kernel_is_the_twins():
     for k, (t, pressure) in enumerate(zip(HELD.pressure_time, HELD.pressure, strict=True)):
         barometer.measure_height(W, prm, t, pressure)
         assert (W[at.UP], W[at.P_HEIGHT]) == pytest.approx(tuple(twin[k]), rel=1e-9, abs=1e-12)
+
+
+def test_the_barometric_formula_is_the_standard_atmosphere():
+    assert barometer.height_of(89874.6, 101325.0, 288.15) == pytest.approx(1000.0, abs=0.3)
+
+
+def test_a_heading_that_an_offset_turns_grows_as_one_error():
+    """Heading error b t at steps one second apart: across the way the position's error is b times the sum of the times."""
+    prm = kernel_parameters(P.override({"direction": {"sd": 0.0, "step_sd": 0.0, "heading_time_s": np.inf}}), 0.1)
+    W, b = workspace(P), 1e-3
+    W[: at.WIDTH**2] = 0.0
+    for k in range(1, 61):
+        pdr.correlated(W, prm, 1.0, (b * k) ** 2, 0.0)
+        pdr.add_step(W, prm, 1.0, 1.0, 0.0)
+    across = W[at.P + (at.WIDTH + 1) * at.E_NORTH]
+    assert np.sqrt(across) == pytest.approx(b * 60 * 61 / 2, rel=1e-9)
+
+
+def test_on_stairs_the_vertical_speed_is_unsure():
+    W, S, nav = workspace(P), detector_workspace(), np.zeros((2, at.NAV))
+    for k, motion in enumerate((detector.WALKING, detector.STAIRS)):
+        S[detector.MOTION] = motion
+        pdr.write(W, kernel_parameters(P, 0.1), S, detector_parameters(P.steps), 1.0, np.zeros((2, 11)), nav, k)
+    assert np.sqrt(nav[0, 22]) == pytest.approx(P.sway_speed) and 0.3 < np.sqrt(nav[1, 22]) < 0.4
+
+
+def test_the_field_keeps_to_a_heading_that_is_given():
+    """As with a shoe: the given heading defines North, and the Earth's field is turned to it."""
+    p = P.override({"initial": {"heading_deg": 100.0, "earth_field": (0.0, 20.0, -45.0)}})
+    a = pointed(start(HELD.samples()[:600], p, 100.0), p)
+    prm, _ = filter_parameters(p, a, 100.0)
+    assert a.field is not None and abs(np.arctan2(a.field[0], a.field[1])) > 0.3
+    assert np.arctan2(prm[filter_at.EARTH_E], prm[filter_at.EARTH_N]) == pytest.approx(np.arctan2(a.field[0], a.field[1]))
+    assert np.hypot(prm[filter_at.EARTH_E], prm[filter_at.EARTH_N]) == pytest.approx(20.0)
 
 
 def ahead_of(q, carrying="texting"):
@@ -217,6 +257,18 @@ def test_without_north_the_path_starts_along_east():
     assert np.abs(t.steps.direction[:10]).max() < np.radians(15)
     south = bm.track(blind, "hand", initial={"heading_deg": 180.0})
     assert np.abs(np.angle(np.exp(1j * (south.steps.direction[:10] + np.pi / 2)))).max() < np.radians(15)
+
+
+def test_a_heading_is_that_of_the_way_of_carrying():
+    """Without saying how the device is carried the whole path is turned, and that is said; with it the path goes where it should."""
+    made = simulate_hand("straight", "pocket", "phone", seed=0, length_m=40.0)
+    blind = made.recording.replace(magnetic_time=[], magnetic_flux_density=np.empty((0, 3)))
+    east = bm.track(blind, "hand", direction={"first": "pocket"}, initial={"heading_deg": 90.0})
+    assert np.abs(east.steps.direction[:10]).max() < np.radians(25)
+    assert not any("direction.first" in w for w in east.warnings)
+    unsaid = bm.track(blind, "hand", initial={"heading_deg": 90.0})
+    assert np.abs(unsaid.steps.direction[:10]).max() > np.radians(60)
+    assert any('direction.first = "pocket"' in w for w in unsaid.warnings)
 
 
 def test_a_taller_walker_and_an_offset():

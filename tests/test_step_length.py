@@ -1,5 +1,6 @@
 """Calibration of the step length: walks whose parameters are known come back, and what cannot be told is said."""
 
+import dataclasses
 import json
 import tomllib
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import bematist as bm
+from bematist import step_length
 from bematist.cli import main
 from bematist.hand.path_parameters import StepLengthParameters
 from bematist.io import write_recording
@@ -91,6 +93,27 @@ def test_a_known_distance_gives_the_scale():
     t = bm.track(r, "hand", step_length=calibrated.parameters())
     assert t.distance_m == pytest.approx(120.0, rel=1e-6)
     assert abs(bm.track(r, "hand").distance_m - 120.0) > 5
+
+
+def test_stairs_and_runs_keep_their_own_lengths(monkeypatch):
+    """A known distance is that of all steps; only the walking ones are fitted."""
+    r = walk(5, 1.75)
+    t = bm.track(r, "hand")
+    steps = t.steps
+    climbed = np.arange(len(steps)) % 3 == 0
+    own = dataclasses.replace(steps, motion=np.where(climbed, "stairs", "walking"), length=np.where(climbed, PUBLISHED.tread, steps.length))
+    monkeypatch.setattr(step_length, "track", lambda *_: dataclasses.replace(t, steps=own))
+    walked = PUBLISHED.a * 1.75 * steps.frequency + PUBLISHED.b * 1.75 + PUBLISHED.c
+    distance = 1.1 * walked[~climbed].sum() + PUBLISHED.tread * climbed.sum()
+    found = calibrate_steps(r, distances=distance, heights=1.75)
+    assert found.factor == pytest.approx(1.1, rel=1e-9) and found.steps == (~climbed).sum()
+    with pytest.raises(bm.DataError, match="stairs"):
+        calibrate_steps(r, distances=1.0)
+
+
+def test_another_walk_of_the_same_walker_is_less_sure_than_the_fit():
+    long = solve(Stretches(np.array([[900.0, 875.0, 500.0]]), np.array([350.0]), np.array([500.0]), np.array([0])), "scale", 1.75)
+    assert long.factor_sd < 0.01 and long.parameters()["scale_sd"] == pytest.approx(np.hypot(long.factor_sd, 0.03))
 
 
 def test_mistakes_are_told():

@@ -32,7 +32,7 @@ class Path:
         self.last = t
         keep = np.exp(-dt / q["direction_s"])
         turn = np.exp(-dt / q["heading_s"])
-        if self.P[4, 4] > heading_var:
+        if self.P[4, 4] > heading_var or (np.isinf(q["heading_s"]) and self.P[4, 4] > 0):
             turn *= np.sqrt(heading_var / self.P[4, 4])
         A = np.diag([1.0, 1.0, 1.0, keep, turn])
         before = self.P.copy()
@@ -55,7 +55,7 @@ def heights(t, pressure, sd, walk, climb, kelvin):
     out = [(0.0, 0.0)]
     for k in range(1, len(t)):
         P = P + np.diag([climb**2, walk**2]) * (t[k] - t[k - 1])
-        z = kelvin / 0.0065 * ((pressure[0] / pressure[k]) ** (8.31446 * 0.0065 / (0.0289644 * 9.80665)) - 1)
+        z = kelvin / 0.0065 * (1 - (pressure[k] / pressure[0]) ** (8.31446 * 0.0065 / (0.0289644 * 9.80665)))
         S = H @ P @ H + sd**2
         K = P @ H / S
         x = x + K * (z - H @ x)

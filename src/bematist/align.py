@@ -311,6 +311,20 @@ def aim(attitude: Array, up: Array, field: Array | None, parameters: InitialPara
     return multiply(q, attitude), matrix_from_quaternion(q)
 
 
+def undisturbed(parameters: InitialParameters, measured: Array | None) -> Array | None:
+    """The undisturbed field (3,), µT: the Earth's where it is given, else the mean over the start.
+
+    MAGINAV eq 4 (erratum: averaged over the rest, not one sample), MAGYQ section 4.2. Where the heading is given, the field points as it
+    did at the start.
+    """
+    if parameters.earth_field is None:
+        return measured
+    earth = np.array(parameters.earth_field)
+    if parameters.heading_deg is not None and measured is not None:
+        earth[:2] = measured[:2] * math.hypot(*earth[:2]) / max(math.hypot(*measured[:2]), 1e-12)
+    return earth
+
+
 def disagreement(measured: Array, earth: Array, gates: FieldGates) -> list[str]:
     """A warning where the field at the start (3,) would not pass the gates of the Earth's (3,); nothing where it does. µT, ENU."""
     norms = [float(np.linalg.norm(m)) for m in (measured, earth)]

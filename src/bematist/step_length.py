@@ -22,7 +22,11 @@ Model = Literal["scale", "line", "full"]
 MODELS = ("auto", "scale", "line", "full")
 
 FIX_SD = 0.3
-"""How exactly a known place meets the step of that instant, m: about a third of a step."""
+"""How exactly a known place meets the step of that instant, m: about a third of a step. A reference that is itself worse (GNSS) is taken
+for as good; its errors are seen in the residuals only."""
+
+BETWEEN_WALKS = 0.03
+"""How much the length of one walker's steps differs from walk to walk (shoes, ground, haste), relative: no calibration tells more."""
 
 CERTAIN = 0.3
 """A model is taken by itself where it gives the growth with the frequency, a, to this share of its published value."""
@@ -77,7 +81,8 @@ class StepLengthCalibration:
     def parameters(self) -> dict[str, float]:
         """Changes of the group `step_length` of the methods for a hand: eq 47 alone, for it is this walker's own now."""
         own = {"height": self.height} if self.height is not None else {}
-        return {**own, "a": self.a, "b": self.b, "c": self.c, "pendulum": 0.0, "scale_sd": self.factor_sd}
+        scale_sd = math.hypot(self.factor_sd, BETWEEN_WALKS)
+        return {**own, "a": self.a, "b": self.b, "c": self.c, "pendulum": 0.0, "scale_sd": scale_sd}
 
     def length(self, frequency: float, height: float) -> float:
         """Step length at a step frequency (Hz) of a walker of that height (m), m."""
@@ -167,7 +172,11 @@ def _stretches(
     if distance is not None:
         if not distance > 0:
             raise UsageError(f"The distance {distance} of {name} is not above zero: give metres along the path.")
-        return Stretches(weights.sum(0)[None], np.array([float(distance)]), np.array([float(len(steps))]), np.array([k]))
+        # Runs and stairs have lengths of their own.
+        left = float(distance) - float(steps.length[~walking].sum())
+        if not left > 0:
+            raise DataError(f"{name}: the steps that ran or climbed stairs are longer together than the {distance:g} m that are given.")
+        return Stretches(weights[walking].sum(0)[None], np.array([left]), np.array([float(walking.sum())]), np.array([k]))
     if truth is None:
         raise DataError(f"{name} has no reference and no distance is given: step lengths cannot be calibrated without either.")
     time, place = _fixes(truth, walk, apart_s)

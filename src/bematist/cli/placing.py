@@ -35,7 +35,8 @@ Heading = Annotated[
     str | None,
     typer.Option(
         "--heading",
-        help="Heading of the sensor's x axis at the start, degrees clockwise from North, or reference: begin in its direction.",
+        help="Heading of the sensor's x axis (in a hand: the axis that points ahead) at the start, degrees clockwise from North, or "
+        "reference: begin in its direction.",
         metavar="DEG|reference",
     ),
 ]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment, disagreement
+from bematist.align import Alignment, disagreement, undisturbed
 from bematist.foot.parameters import AttitudeParameters, FootParameters
 from bematist.frames import matrix_from_quaternion
 from bematist.kernels import layout as kernel
@@ -122,7 +122,8 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment, seen: bool) -> list[
             where = " in the rest at the start" if seen else ""
             return [f"The method uses the magnetometer, but there is no sample of it{where}: it is not used."]
         return []
-    field = _undisturbed(p, a.field)
+    field = a.field if m.reference == "start" else undisturbed(p.initial, a.field)
+    assert field is not None
     norm = float(np.linalg.norm(field))
     horizontal = math.hypot(field[0], field[1])
     if norm == 0 or horizontal < 0.05 * norm:
@@ -138,16 +139,3 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment, seen: bool) -> list[
     if p.initial.earth_field is None or (m.use == "off" and not listening):
         return []
     return [f"{w} With magnetic.reference=start those that look like the start are." for w in disagreement(a.field, field, m)]
-
-
-def _undisturbed(p: FootParameters, measured: Array) -> Array:
-    """The undisturbed field (3,), µT: the Earth's where it is given, else the mean over the rest.
-
-    MAGINAV eq 4 (erratum: averaged over the rest, not one sample). Where the heading is given, the field points as it did at the start.
-    """
-    if p.initial.earth_field is None or p.magnetic.reference == "start":
-        return measured
-    earth = np.array(p.initial.earth_field)
-    if p.initial.heading_deg is not None:
-        earth[:2] = measured[:2] * math.hypot(*earth[:2]) / max(math.hypot(*measured[:2]), 1e-12)
-    return earth

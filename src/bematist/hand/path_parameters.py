@@ -63,6 +63,10 @@ class DirectionParameters(Parameters):
     swinging: Axis = Field(default="y", description="The same in a swinging hand.")
     pocket: Axis = Field(default="z", description="The same upright in a trouser pocket, the screen away from the body.")
     bag: Axis = Field(default="-x", description="The same upright in a bag at the side, the screen to the left.")
+    first: Literal["texting", "phoning", "swinging", "pocket", "bag"] = Field(
+        default="texting",
+        description="How the device is carried at the start: a given heading, or East where there is none, is that of its axis.",
+    )
     steep: float = Field(
         default=math.radians(60),
         ge=0,

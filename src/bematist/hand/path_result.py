@@ -39,12 +39,19 @@ def worn_on_shoe(recording: Recording) -> list[str]:
     ]
 
 
-def judge(nav: Array, d: NDArray[np.float32]) -> list[str]:
-    """Warnings about the path."""
-    if not d[:, at.STEPS].any():
+def judge(nav: Array, d: NDArray[np.float32], aimed: str | None) -> list[str]:
+    """Warnings about the path. aimed: the way of carrying whose axis was turned to the heading of the start, if one was."""
+    stepped = np.flatnonzero(d[:, at.STEPS])
+    if not len(stepped):
         return [
             f"No step was found in {nav[-1, 0] - nav[0, 0]:.0f} s: the path stays where it began. Look at `bematist steps`; for a sensor "
             "on a shoe take the method foot, and check the unit of the accelerometer."
+        ]
+    first = CARRYING[int(d[stepped[0], at.CARRYING])]
+    if aimed is not None and first != aimed:
+        return [
+            f'The heading of the start, or East, is that of the axis for "{aimed}", but the first steps were found with "{first}": the '
+            f'path may be turned as a whole. Set direction.first = "{first}" if the device was carried so from the beginning.'
         ]
     return []
 

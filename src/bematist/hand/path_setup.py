@@ -92,10 +92,12 @@ def kernel_parameters(p: HandPdrParameters, gap_s: float) -> Array:
 
 
 def ahead(q: Array, p: HandPdrParameters) -> float:
-    """Direction (yaw, rad) in which the pointing axis of a read device looks at an attitude (4,), by the same rule as the kernel."""
-    d = rotate(q, axis(p.direction.texting))
+    """Direction (yaw, rad) in which the pointing axis of the start looks at an attitude (4,), by the same rule as the kernel."""
+    first = p.direction.first
+    name = getattr(p.direction, first)
+    d = rotate(q, axis(name))
     if math.hypot(d[0], d[1]) < math.cos(p.direction.steep):
-        r = rotate(q, right(p.direction.texting, "texting"))
+        r = rotate(q, right(name, first))
         d = np.array([-r[1], r[0], 0.0])
     return math.atan2(d[1], d[0]) + p.direction.offset
 

@@ -100,7 +100,8 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
     def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
         attitude, attitude_diagnostics, nav, diagnostics = results
         of_attitude = result.judge(attitude, attitude_diagnostics, self.parameters, recording.has_magnetometer, "path")
-        return [*of_attitude, *judge(nav, diagnostics)]
+        aimed = None if self.north in ("magnetic", "true") else self.parameters.direction.first
+        return [*of_attitude, *judge(nav, diagnostics, aimed)]
 
     def _result(self, *results: NDArray[Any], **fields: Any) -> Trajectory:
         _, attitude, nav, diagnostics = results

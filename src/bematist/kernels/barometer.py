@@ -10,7 +10,7 @@ EXPONENT = 8.31446 * LAPSE / (0.0289644 * 9.80665)  # R L / (M g0): J/mol/K, K/m
 @inlined
 def height_of(pressure, reference, temperature):
     """Height above where the pressure was `reference` (Pa both), at a temperature there in K: the barometric formula, m."""
-    return temperature / LAPSE * ((reference / pressure) ** EXPONENT - 1)
+    return temperature / LAPSE * (1 - (pressure / reference) ** EXPONENT)
 
 
 @apart

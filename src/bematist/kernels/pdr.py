@@ -61,7 +61,8 @@ def correlated(W, prm, dt, heading_var, carrying):
     """Direction and heading errors dt after the step before.
 
     Both are Gauss-Markov processes. A device that is carried otherwise points otherwise: its direction's error begins anew. The heading's
-    variance is what the attitude filter says at this step; where that has shrunk, so has the error that is carried on.
+    variance is what the attitude filter says at this step; where that has shrunk, so has the error that is carried on. Where it is constant
+    but for its growth (an infinite time: the gyroscope alone, turned by its offset), it has grown in proportion.
     """
     d = at.P + (at.WIDTH + 1) * at.E_DIRECTION
     share = math.exp(-dt / prm[at.DIRECTION_S])
@@ -71,7 +72,7 @@ def correlated(W, prm, dt, heading_var, carrying):
     fade(W, at.E_DIRECTION, share, share * share * W[d] + (1 - share * share) * prm[at.DIRECTION_VAR])
     h = at.P + (at.WIDTH + 1) * at.E_HEADING
     share = math.exp(-dt / prm[at.HEADING_S])
-    if W[h] > heading_var:
+    if W[h] > heading_var or (W[h] > 0 and math.isinf(prm[at.HEADING_S])):
         share *= math.sqrt(heading_var / W[h])
     fade(W, at.E_HEADING, share, heading_var)
 
@@ -137,6 +138,7 @@ def write_step(W, prm, S, t, events, row):
 
 LAG = 1.1  # mean square of how far the body is ahead of the last counted step, in step lengths
 STRIDE_HZ = 1.8  # steps of a usual walk
+STAIRS_SPEED = 0.3  # vertical, m/s, up or down
 
 
 @inlined
@@ -188,7 +190,8 @@ def write(W, prm, S, step_prm, t, rows, nav, k):
     nav[k, 17] = sway + along * c * c + across * n * n
     nav[k, 18] = (along - across) * c * n
     nav[k, 20] = sway + along * n * n + across * c * c
-    nav[k, 22] = prm[at.SWAY_VAR]
+    climbing = STAIRS_SPEED if S[detector.MOTION] == detector.STAIRS else 0.0
+    nav[k, 22] = prm[at.SWAY_VAR] + climbing * climbing
     for i in range(6):
         nav[k, 23 + i] = rows[k, 5 + i]
     if prm[at.HEADING_FIXED] >= 0:

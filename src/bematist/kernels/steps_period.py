@@ -112,7 +112,10 @@ def find_period(S, prm, k):
 
 @apart
 def find_rate_period(S, prm, k):
-    """Period of the angular rate, s, and its coefficient, between the strides of the fastest and of the slowest step."""
+    """Period of the angular rate, s, and its coefficient: from the stride of the fastest step to the last lag.
+
+    That is 1.6 s: strides of steps below 1.25 Hz are not seen.
+    """
     first = max(2, int(2 / (prm[at.FASTEST_HZ] * at.CELL_S)))
     best = 0.0
     where = 0.0
