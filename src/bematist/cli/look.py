@@ -19,7 +19,7 @@ from bematist.outputs import to_json, whole_file
 
 @app.command()
 def methods(json: options.Json = False) -> None:
-    """List the methods: where they come from, what they are good for."""
+    """List the methods: where they come from, what for."""
     from bematist.methods import METHODS
 
     keys = ("name", "worn", "summary", "paper", "equations")

@@ -64,7 +64,8 @@ class Tumble(Motion):
         lever = np.broadcast_to(_LEVER, w.shape)
         v = np.cross(w, lever)
         acceleration = np.cross(a, lever) + np.cross(w, v)
-        return State(rotate(attitude, lever), rotate(attitude, v), rotate(attitude, acceleration), attitude, w)
+        start = rotate(self.attitude[:1], _LEVER[None])
+        return State(rotate(attitude, lever) - start, rotate(attitude, v), rotate(attitude, acceleration), attitude, w)
 
     def signals(self, time: Array) -> tuple[Array, Array]:
         state = self.at(time)
