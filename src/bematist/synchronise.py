@@ -86,9 +86,9 @@ def sync(a: Source, b: Source) -> Shift:
     DataError
         There is no clear peak, or nothing to compare.
     """
-    known: list[dict[Quantity, tuple[float, Array] | None]] = [{"angular rate": _rates(x), "specific force": _forces(x)} for x in (a, b)]
+    known: list[dict[Quantity, tuple[Array, Array] | None]] = [{"angular rate": _rates(x), "specific force": _forces(x)} for x in (a, b)]
     quantities: tuple[Quantity, ...] = ("angular rate", "specific force")
-    shared: list[tuple[Quantity, tuple[float, Array], tuple[float, Array]]] = [
+    shared: list[tuple[Quantity, tuple[Array, Array], tuple[Array, Array]]] = [
         (q, first, other) for q in quantities if (first := known[0][q]) is not None and (other := known[1][q]) is not None
     ]
     if not shared:
