@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bematist.align import Alignment, disagreement, undisturbed
+from bematist.align import Alignment, disagreement
 from bematist.frames import matrix_from_quaternion
 from bematist.hand.parameters import HandParameters, MagneticFieldParameters, QuasiStaticParameters, SpecificForceParameters
 from bematist.kernels import hand_layout as at
@@ -99,7 +99,7 @@ def _set_detector(prm: Array, f: int, field: MagneticFieldParameters | SpecificF
 
 def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     """The Earth's magnetic field in n: as given, else the mean over the rest at the start (MAGYQ section 4.2)."""
-    field = undisturbed(p.initial, a.field)
+    field = p.initial.earth_field if p.initial.earth_field is not None else a.field
     horizontal = 0.0 if field is None else math.hypot(field[0], field[1])
     if field is None or not horizontal > 0.05 * math.hypot(horizontal, field[2]):
         prm[at.MAGNETIC + at.EARTH] = prm[at.HEADING_PSD] = 0.0
@@ -114,7 +114,7 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * prm[at.EARTH_NORM]
     if p.initial.earth_field is None or a.field is None:
         return []
-    return disagreement(a.field, field, p.attitude.motion)
+    return disagreement(a.field, np.array(field), p.attitude.motion)
 
 
 def initial_state(p: HandParameters, a: Alignment, head: Array) -> tuple[tuple[NDArray[Any], ...], list[str]]:
