@@ -25,8 +25,9 @@ References (equation numbers in the docstrings are theirs; where a print is wron
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bematist.lazy import lazily
 
 __version__ = "0.1.0"
 
@@ -118,11 +119,8 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    # Public names load on first use, so that `bematist --help` need not import numpy, numba and polars.
-    if name in _HOME:
-        return getattr(importlib.import_module(f"bematist.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'bematist' has no attribute {name!r}")
+# So that `bematist --help` need not import numpy, numba and polars.
+__getattr__ = lazily(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

@@ -5,32 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from bematist.config import look_up, with_rule
 from bematist.earth import Earth, on_earth
 from bematist.errors import UsageError
-from bematist.foot import FootIns, FootParameters
-from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandParameters, HandPdr, HandPdrParameters, pdr_parameters
+from bematist.foot import FootParameters
+from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandParameters, HandPdrParameters, pdr_parameters
 from bematist.recording import Recording
 from bematist.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from bematist.foot import FootIns
+    from bematist.hand import HandPdr
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method: what it is called, where it comes from, what it is good for, its parameters, and the estimator that takes them."""
+    """A method: what it is called, where it comes from, what it is good for, its parameters, and where the sensor is worn."""
 
     name: str
     summary: str
     paper: str
     equations: str
     parameters: FootParameters | HandPdrParameters
-    make: type[FootIns | HandPdr] = FootIns
+    worn: Literal["shoe", "hand"] = "shoe"
 
     @property
-    def worn(self) -> str:
-        """Where the sensor is: shoe or hand."""
-        return "shoe" if self.make is FootIns else "hand"
+    def make(self) -> type[FootIns | HandPdr]:
+        """The estimator that takes the parameters, with its kernels: imported when it is asked for."""
+        if self.worn == "hand":
+            from bematist.hand import HandPdr
+
+            return HandPdr
+        from bematist.foot import FootIns
+
+        return FootIns
 
 
 def _foot(**changes: Any) -> FootParameters:
@@ -62,7 +72,7 @@ def _hand(name: str, summary: str, paper: str, equations: str, attitude: HandPar
     """A method for the hand: the path's parameters with those of an attitude filter."""
     length = {"pendulum": 0.5} if name == "hand" else {}
     parameters = pdr_parameters(attitude).override({"direction": direction, "step_length": length})
-    return Method(name, summary, paper, equations, parameters, HandPdr)
+    return Method(name, summary, paper, equations, parameters, "hand")
 
 
 _ZH = {"zaru": {"use": "rest"}, "hdr": {"use": "stance"}}
