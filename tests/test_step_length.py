@@ -38,7 +38,7 @@ def stretches(seed, heights, frequencies, n=40, steps=15, sd=0.03):
             columns.append([h * f.sum(), h * steps, steps])
             length.append(s.sum() + 0.3 * np.sqrt(2) * rng.standard_normal())
     k = len(length)
-    return Stretches(np.array(columns, float), np.array(length), np.full(k, float(steps)), np.zeros(k, int))
+    return Stretches(np.array(columns, float), np.array(length), np.full(k, float(steps)))
 
 
 def test_walkers_of_two_heights_tell_all_three():
@@ -112,7 +112,7 @@ def test_stairs_and_runs_keep_their_own_lengths(monkeypatch):
 
 
 def test_another_walk_of_the_same_walker_is_less_sure_than_the_fit():
-    long = solve(Stretches(np.array([[900.0, 875.0, 500.0]]), np.array([350.0]), np.array([500.0]), np.array([0])), "scale", 1.75)
+    long = solve(Stretches(np.array([[900.0, 875.0, 500.0]]), np.array([350.0]), np.array([500.0])), "scale", 1.75)
     assert long.factor_sd < 0.01 and long.parameters()["scale_sd"] == pytest.approx(np.hypot(long.factor_sd, 0.03))
 
 

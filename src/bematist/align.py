@@ -19,6 +19,7 @@ from bematist.frames import (
     quaternion_from_rotation_vector,
     yaw_from_heading_deg,
 )
+from bematist.intervals import intervals
 from bematist.parameters import Parameters
 from bematist.stance import StanceParameters, detect
 
@@ -156,7 +157,7 @@ def rest_interval(rows: Array, parameters: InitialParameters, rate_hz: float, gr
     detector = StanceParameters(window_s=0.1)
     statistic = detect(rows, detector, rate_hz, gravity=gravity)[:, 0]
     still = statistic < parameters.rest_statistic
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(still)
     long_enough = rows[edges[:, 1] - 1, 0] - rows[edges[:, 0], 0] >= parameters.shortest_s
     if long_enough.any():
         # The first that is nearly as good as the longest: a knock must not cut the rest short, nor a rest at the end of a short walk win.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.earth import STANDARD_GRAVITY
+from bematist.intervals import intervals
 from bematist.io.guess import norms, saturated
 from bematist.recording import Recording
 
@@ -101,7 +102,7 @@ def rest_periods(recording: Recording, least_s: float = REST_LEAST_S) -> list[tu
     turning = norms(rate - bias).reshape(blocks, n)
     start, end = t[: blocks * n].reshape(blocks, n)[:, 0], t[: blocks * n].reshape(blocks, n)[:, -1]
     still = (force.std(1) < REST_FORCE) & (np.sqrt((turning**2).mean(1)) < REST_RATE) & (end - start < 3 * REST_BLOCK_S)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(still)
     spans = [(float(start[a]), float(end[b - 1] - start[a])) for a, b in edges]
     return [(begin, length) for begin, length in spans if length >= least_s]
 

@@ -37,13 +37,12 @@ class Stretches:
     """Pieces of walks between known places.
 
     columns (K,3): the sums over the steps of each of h f, h and 1, each step counted by its share along the way; length (K,) m;
-    count (K,) how many steps; recording (K,) which walk.
+    count (K,) how many steps.
     """
 
     columns: Array
     length: Array
     count: Array
-    recording: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +141,11 @@ def calibrate_steps(
     tall = _each("heights", heights, len(walks), (int, float))
     far = _each("distances", distances, len(walks), (int, float))
     found = []
-    for k, (walk, truth, h, d) in enumerate(zip(walks, truths, tall, far, strict=True)):
+    for walk, truth, h, d in zip(walks, truths, tall, far, strict=True):
         steps = track(walk, method).steps
         assert steps is not None
-        found.append(_stretches(walk, steps, truth or walk.reference, float(h), d, k, stretch_s))  # pyright: ignore[reportArgumentType]
-    joined = Stretches(*(np.concatenate([getattr(s, name) for s in found]) for name in ("columns", "length", "count", "recording")))
+        found.append(_stretches(walk, steps, truth or walk.reference, float(h), d, stretch_s))  # pyright: ignore[reportArgumentType]
+    joined = Stretches(*(np.concatenate([getattr(s, name) for s in found]) for name in ("columns", "length", "count")))
     one = float(tall[0]) if len(set(tall)) == 1 else None  # pyright: ignore[reportArgumentType]
     return solve(joined, model, one)
 
@@ -160,10 +159,8 @@ def _each(what: str, given: object, n: int, kind: type | tuple[type, ...]) -> li
     return values
 
 
-def _stretches(
-    walk: Recording, steps: Steps, truth: Reference | None, height: float, distance: float | None, k: int, apart_s: float
-) -> Stretches:
-    """The pieces of one walk, the k-th."""
+def _stretches(walk: Recording, steps: Steps, truth: Reference | None, height: float, distance: float | None, apart_s: float) -> Stretches:
+    """The pieces of one walk."""
     name = walk.source or "The recording"
     walking = steps.motion == "walking"
     if walking.sum() < 2:
@@ -176,7 +173,7 @@ def _stretches(
         left = float(distance) - float(steps.length[~walking].sum())
         if not left > 0:
             raise DataError(f"{name}: the steps that ran or climbed stairs are longer together than the {distance:g} m that are given.")
-        return Stretches(weights[walking].sum(0)[None], np.array([left]), np.array([float(walking.sum())]), np.array([k]))
+        return Stretches(weights[walking].sum(0)[None], np.array([left]), np.array([float(walking.sum())]))
     if truth is None:
         raise DataError(f"{name} has no reference and no distance is given: step lengths cannot be calibrated without either.")
     time, place = _fixes(truth, walk, apart_s)
@@ -193,7 +190,7 @@ def _stretches(
     running = np.diff(_at(time, steps, (~walking)[:, None].astype(float)), axis=0)[:, 0]
     # Where the path turns back on itself the distance as the crow flies says little; runs and stairs have lengths of their own.
     good = (count >= 3) & (mine > 0.5 * np.diff(_at(time, steps, steps.length[:, None]), axis=0)[:, 0]) & (running == 0)
-    return Stretches(columns[good], length[good], count[good], np.full(int(good.sum()), k))
+    return Stretches(columns[good], length[good], count[good])
 
 
 def _fixes(truth: Reference, walk: Recording, apart_s: float) -> tuple[Array, Array]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.intervals import intervals
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -175,8 +177,7 @@ class Trajectory:
 
     def stance_intervals(self) -> NDArray[np.int64]:
         """First and one-past-last sample of every stance phase (S,2)."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], self.stance, [0]]).astype(np.int8)))
-        return edges.reshape(-1, 2)
+        return intervals(self.stance)
 
     def waypoints(self) -> Array:
         """Start, the middle of every stance phase, and end (W,3), m: the path as footfalls, free of the foot's own arcs."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.errors import DataError
+from bematist.intervals import intervals
 from bematist.recording import Recording
 
 Array = NDArray[np.float64]
@@ -104,7 +105,7 @@ def still_stretches(recording: Recording, start: float, end: float) -> list[tupl
     beside = moving.copy()
     beside[1:] |= moving[:-1]
     beside[:-1] |= moving[1:]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], ~beside, [False]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(~beside)
     return [(start + a * size, end if b == blocks else start + b * size) for a, b in edges]
 
 

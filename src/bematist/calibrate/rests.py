@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.allan.rest import CELL_S, FORCE_SD, RATE_SD, cell_means
+from bematist.intervals import intervals
 from bematist.recording import Recording
 
 Array = NDArray[np.float64]
@@ -131,7 +132,7 @@ def still_spans(r: Recording) -> list[tuple[float, float]]:
         *(_scatter(cell_means(r.time, x, start, count)) / s for x, s in ((r.specific_force, FORCE_SD), (r.angular_rate, RATE_SD)))
     )
     still = np.nan_to_num(ratio, nan=np.inf) < limit_of(ratio[np.isfinite(ratio)])
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(still)
     # A turn begins more slowly than any scatter shows: what lies near the edges counts as a part of it.
     spans = [(start + a * CELL_S + EDGE_S, start + b * CELL_S - EDGE_S) for a, b in edges]
     return [(a, b) for a, b in spans if b - a >= SHORTEST_S]

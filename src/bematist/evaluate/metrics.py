@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bematist.frames import conjugate, matrix_from_quaternion, multiply, rotation_vector_from_quaternion
+from bematist.intervals import intervals
 
 Array = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def polygon_rows(time: Array, position: Array) -> NDArray[np.int64]:
         return every
     before, after = (np.searchsorted(time, time + s).clip(max=len(time) - 1) for s in (-0.05, 0.05))
     still = np.nansum((position[after] - position[before]) ** 2, axis=1) < 0.02**2
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(still)
     steps = np.unique(np.concatenate([[0], edges.sum(1) // 2, every[-1:]]).clip(max=len(time) - 1))
     apart = np.unique(np.append(_kept(position), every[-1]))
     return steps if path_length(position[steps]) > 0.9 * path_length(position[apart]) else apart

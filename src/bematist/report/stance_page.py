@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.errors import DataError
+from bematist.intervals import intervals
 from bematist.recording import Recording
 from bematist.report import summary
 from bematist.report.page import header, page_data, panel_section, write_page
@@ -69,7 +70,7 @@ def write_stance_page(recording: Recording, analysis: StanceAnalysis, path: str 
 
 def _panels(recording: Recording, analysis: StanceAnalysis, statistic: Array) -> list[Panel]:
     t = analysis.time
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], analysis.stance, [0]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(analysis.stance)
     budget = Budget(1)
 
     def over_stance(*traces: Trace) -> list[Trace]:

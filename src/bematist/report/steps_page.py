@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bematist.intervals import intervals
 from bematist.kernels.steps_layout import CELL_S
 from bematist.recording import Recording
 from bematist.report import summary
@@ -42,7 +43,7 @@ def write_steps_page(recording: Recording, analysis: StepAnalysis, path: str | P
 
 
 def _over_walk(a: StepAnalysis, *traces: Trace) -> list[Trace]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], a.motion > 0, [0]]).astype(np.int8))).reshape(-1, 2)
+    edges = intervals(a.motion > 0)
     return [shading(edges, a.time, "@stance/0.22", "walking"), *traces]
 
 
