@@ -186,7 +186,7 @@ def write(W, prm, S, step_prm, t, rows, nav, k):
     nav[k, 14] = W[at.P + at.WIDTH + 1] + held * n * n + away
     nav[k, 16] = height_variance(W, prm, t)
     along = v * v * (prm[at.STEP_VAR] + prm[at.SCALE_VAR])
-    across = v * v * (prm[at.TURN_VAR] + W[at.P + 6 * at.E_DIRECTION] + W[at.P + 6 * at.E_HEADING])
+    across = v * v * (prm[at.TURN_VAR] + W[at.P + (at.WIDTH + 1) * at.E_DIRECTION] + W[at.P + (at.WIDTH + 1) * at.E_HEADING])
     nav[k, 17] = sway + along * c * c + across * n * n
     nav[k, 18] = (along - across) * c * n
     nav[k, 20] = sway + along * n * n + across * c * c
@@ -218,7 +218,6 @@ def proceed(W, prm, S, step_prm, columns, rows, k, diag, events, written):
         )
         write_step(W, prm, S, t, events, written + i)
     diag[k, at.STEPS] = new
-    diag[k, at.PRESSURE_HEIGHT] = math.nan
     if pressure > 0 and prm[at.BARO_USE] > 0:
         diag[k, at.PRESSURE_HEIGHT] = measure_height(W, prm, t, pressure)
     return written + new

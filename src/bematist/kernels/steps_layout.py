@@ -23,7 +23,7 @@ PEAK_TIME, PEAK_OPEN = 46, 47
 # energies over exponential windows
 ENERGY, SHORT, RATE_ENERGY = 49, 50, 51
 # periodicity
-PERIOD, SCORE, STRIDE, FUNDAMENTAL = 59, 60, 61, 62
+PERIOD, SCORE, STRIDE = 59, 60, 61
 # walking
 WALKING_NOW, STEP_PERIOD, STEP_SIZE, PENDING_COUNT, NEW = 63, 64, 65, 66, 67
 # modes: candidates and since when

@@ -56,25 +56,26 @@ def of_rate(S, k, lag):
 
 
 @inlined
-def rate_at(S, k, seconds):
-    """Coefficient of the angular rate at a lag in s, between cells on a line; 0 beyond the last lag."""
+def _between(S, correlation, scales, k, seconds):
+    """Coefficient at a lag in s, between cells on a line; 0 beyond the last lag."""
     lag = seconds / at.CELL_S
     i = int(lag)
     if i + 1 >= at.LAGS:
         return 0.0
-    a = of_rate(S, k, i)
-    return a + (lag - i) * (of_rate(S, k, i + 1) - a)
+    a = _normalised(S, correlation, scales, k, i)
+    return a + (lag - i) * (_normalised(S, correlation, scales, k, i + 1) - a)
 
 
 @inlined
 def force_at(S, k, seconds):
-    """Coefficient of the acceleration at a lag in s, as `rate_at`."""
-    lag = seconds / at.CELL_S
-    i = int(lag)
-    if i + 1 >= at.LAGS:
-        return 0.0
-    a = of_force(S, k, i)
-    return a + (lag - i) * (of_force(S, k, i + 1) - a)
+    """Coefficient of the acceleration at a lag in s."""
+    return _between(S, at.CORRELATION_X, at.SCALE_X, k, seconds)
+
+
+@inlined
+def rate_at(S, k, seconds):
+    """Coefficient of the angular rate at a lag in s."""
+    return _between(S, at.CORRELATION_W, at.SCALE_W, k, seconds)
 
 
 @inlined
