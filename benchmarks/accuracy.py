@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pages import fill
 
 import bematist as bm
 from bematist.methods import worn
@@ -155,11 +156,7 @@ def campus() -> tuple[list[str], dict[str, tuple[float, ...]]]:
 
 def readme(simulated: dict[str, tuple[float, ...]], measured: dict[tuple[str, str], str]) -> None:
     """Write the table of methods into README.md, between its marks."""
-    page = ROOT / "README.md"
-    text = page.read_text()
-    start, end = "<!-- methods -->", "<!-- /methods -->"
     lines = [
-        start,
         "| method | what it is | campus, simulated: rms, start to end | walk (GSU 32): rms | run (GSU 35): rms | times real time |",
         "|---|---|---|---|---|---|",
     ]
@@ -167,8 +164,7 @@ def readme(simulated: dict[str, tuple[float, ...]], measured: dict[tuple[str, st
         rms, closure, speed = simulated[m.name]
         walk, run = (measured.get((m.name, w.path), "–") for w in WALKS[:2])
         lines.append(f"| `{m.name}` | {m.summary} | {rms:.1f} m, {closure:.2f} % | {walk} m | {run} m | {speed:,.0f} |")
-    before, rest = text.split(start)
-    page.write_text(before + "\n".join(lines) + "\n" + end + rest.split(end)[1])
+    fill(ROOT / "README.md", "methods", lines)
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 import ahrs
 import numpy as np
 import vqf
+from pages import fill
 
 import bematist as bm
 from bematist import frames
@@ -31,7 +32,6 @@ TRIALS: dict[str, tuple[str, Align]] = {
 }
 """Recordings: what they are, and what is taken out of the error. A motion capture knows neither North nor the phone's axes."""
 DRAWN = {"none": ("`gyro`", "`mahony`", "`madgwick`"), "frames": ("`gyint`", "`magyq-estimated`", "`hand`", "VQF, online")}
-START, END = "<!-- table -->", "<!-- /table -->"
 BLIND = {"integration": "first-order", "initial": {"gyro_bias_sd": 0.0}}
 """As printed, and without the gyroscope's offset from the rest: what the peers do."""
 NWU_FROM_ENU = np.array([np.cos(np.pi / 4), 0, 0, -np.sin(np.pi / 4)])
@@ -117,12 +117,10 @@ def main() -> None:
                 drawn.append(replace(moved, filter=name.strip("`")))
         columns.append(column)
         still_attitude(drawn, ROOT / f"docs/pictures/{Path(path).stem}.png", r.reference)
-    lines = [START, "| filter | " + " | ".join(words for words, _ in TRIALS.values()) + " |", "|---" * (len(TRIALS) + 1) + "|"]
+    lines = ["| filter | " + " | ".join(words for words, _ in TRIALS.values()) + " |", "|---" * (len(TRIALS) + 1) + "|"]
     lines += ["| " + " | ".join([name, *(c.get(name, "–") for c in columns)]) + " |" for name in columns[0]]
-    page = ROOT / "docs" / "attitude.md"
-    before, rest = page.read_text().split(START)
-    page.write_text(before + "\n".join([*lines, END]) + rest.split(END)[1])
-    print("\n".join(lines[1:]))
+    fill(ROOT / "docs" / "attitude.md", "table", lines)
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

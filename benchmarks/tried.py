@@ -10,6 +10,7 @@ import sys
 from typing import Any
 
 from accuracy import DATA, ROOT, number
+from pages import fill
 
 import bematist as bm
 
@@ -98,10 +99,7 @@ def main() -> None:
     for name, (method, changes) in TRIED.items():
         lines.append(line(name, recordings, method, changes))
         print(lines[-1], flush=True)
-    page = ROOT / "docs" / "stance.md"
-    before, _, rest = page.read_text().partition("<!-- tried -->\n")
-    _, _, after = rest.partition("<!-- /tried -->")
-    page.write_text(f"{before}<!-- tried -->\n" + "\n".join(lines) + f"\n<!-- /tried -->{after}")
+    fill(ROOT / "docs" / "stance.md", "tried", lines)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Paths of a phone in a hand against a surveyor's waypoints: the table and the pictures of docs/map.md (part of `make accuracy`).
+"""Paths of a phone in a hand (part of `make accuracy`): against a surveyor's waypoints, the table and the pictures of docs/map.md; against
+these and motion capture, the table of docs/pdr.md.
 
 The recordings are looked for at BEMATIST_SHARED, then beside the project. The plan is drawn here: a corridor along the waypoints.
 """
@@ -11,15 +12,21 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from pages import fill
 
 import bematist as bm
 from bematist.placement import by_reference
 from bematist.report import still_path
 
 ROOT = Path(__file__).resolve().parents[1]
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "hand/ms_indoor20"
+DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "hand"
 METHODS = ("gyint", "quest", "magyq", "hand")
-START, END = "<!-- waypoints -->", "<!-- /waypoints -->"
+WALKS = {
+    "mall, site 1": "ms_indoor20/site1_B1_5dda149f9191710006b57212.txt",
+    "mall, site 2": "ms_indoor20/site2_F2_5dd3793144333f00067aa1c7.txt",
+    "motion capture, texting": "nexus5_mocap/Guillaume_Nexus5_NoDist_Texting",
+    "motion capture, swinging": "nexus5_mocap/Thibaud_Nexus5_NoDist_Swinging",
+}
 
 
 def corridor(points: np.ndarray, half_width_m: float = 2.5) -> dict[str, object]:
@@ -32,6 +39,23 @@ def corridor(points: np.ndarray, half_width_m: float = 2.5) -> dict[str, object]
     return {"type": "Feature", "properties": {"name": "corridor"}, "geometry": geometry}
 
 
+def paths() -> None:
+    """The table of docs/pdr.md: every walk by every method, free-running."""
+    recordings = {name: bm.read(DATA / path) for name, path in WALKS.items()}
+    lines = ["| | " + " | ".join(recordings) + " |", "|---" * (len(recordings) + 1) + "|"]
+    no_bounce = {"step_length": {"pendulum": 0.0}}
+    runs = [("`hand`", "hand", {}), ("`hand`, `step_length.pendulum` = 0", "hand", no_bounce)]
+    for name, method, changes in [*runs, *((f"`{m}`", m, {}) for m in METHODS if m != "hand")]:
+        cells = []
+        for r in recordings.values():
+            e = bm.evaluate(bm.track(r, method, config=changes), r.reference, "yaw").to_dict()
+            nees = e["nees_position"]["mean"] if e["nees_position"] else float("nan")
+            cells.append(f"{e['ate_median_2d_m']:.1f} / {e['ate_rmse_2d_m']:.1f}, {100 * (e['length_ratio'] - 1):+.0f} %, {nees:.1f}")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+        print(lines[-1], flush=True)
+    fill(ROOT / "docs" / "pdr.md", "paths", lines)
+
+
 def main() -> None:
     if not DATA.is_dir():
         sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds hand/.")
@@ -42,8 +66,8 @@ def main() -> None:
         "aligned by yaw: the same",
         "length over the waypoints'",
     )
-    lines = [START, "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for number, file in enumerate(sorted(DATA.glob("site*.txt"))):
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for number, file in enumerate(sorted(DATA.glob("ms_indoor20/site*.txt"))):
         r = bm.read(file)
         assert r.reference is not None
         plan_file = ROOT / "build" / f"{file.stem}.geojson"
@@ -60,9 +84,8 @@ def main() -> None:
             print(lines[-1], flush=True)
         plan = bm.read_floor_plan(plan_file, scale=1.0)
         still_path(placed[-1:], ROOT / f"docs/pictures/waypoints-{number + 1}.png", r.reference, floor_plan=plan, align="none")
-    page = ROOT / "docs" / "map.md"
-    before, rest = page.read_text().split(START)
-    page.write_text(before + "\n".join([*lines, END]) + rest.split(END)[1])
+    fill(ROOT / "docs" / "map.md", "waypoints", lines)
+    paths()
 
 
 if __name__ == "__main__":

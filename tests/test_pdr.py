@@ -7,11 +7,8 @@ import bematist as bm
 import twin_pdr
 from bematist.frames import multiply, quaternion_from_euler, quaternion_from_rotation_vector, rotate
 from bematist.hand import HandAttitude, HandPdr, HandPdrParameters
-from bematist.hand.path_setup import kernel_parameters, pointed, workspace
-from bematist.hand.setup import kernel_parameters as filter_parameters
-from bematist.hand.start import start
+from bematist.hand.path_setup import kernel_parameters, workspace
 from bematist.kernels import barometer, pdr, pdr_ahead
-from bematist.kernels import hand_layout as filter_at
 from bematist.kernels import pdr_layout as at
 from bematist.kernels import steps_layout as detector
 from bematist.simulate import simulate_hand
@@ -118,16 +115,6 @@ def test_on_stairs_the_vertical_speed_is_unsure():
         S[detector.MOTION] = motion
         pdr.write(W, kernel_parameters(P, 0.1), S, detector_parameters(P.steps), 1.0, np.zeros((2, 11)), nav, k)
     assert np.sqrt(nav[0, 22]) == pytest.approx(P.sway_speed) and 0.3 < np.sqrt(nav[1, 22]) < 0.4
-
-
-def test_the_field_keeps_to_a_heading_that_is_given():
-    """As with a shoe: the given heading defines North, and the Earth's field is turned to it."""
-    p = P.override({"initial": {"heading_deg": 100.0, "earth_field": (0.0, 20.0, -45.0)}})
-    a = pointed(start(HELD.samples()[:600], p, 100.0), p)
-    prm, _ = filter_parameters(p, a, 100.0)
-    assert a.field is not None and abs(np.arctan2(a.field[0], a.field[1])) > 0.3
-    assert np.arctan2(prm[filter_at.EARTH_E], prm[filter_at.EARTH_N]) == pytest.approx(np.arctan2(a.field[0], a.field[1]))
-    assert np.hypot(prm[filter_at.EARTH_E], prm[filter_at.EARTH_N]) == pytest.approx(20.0)
 
 
 def ahead_of(q, carrying="texting"):
