@@ -8,6 +8,7 @@ import pytest
 
 from bematist.inspect import describe, lines, rest_periods
 from bematist.io import read
+from bematist.io.guess import saturated
 from bematist.recording import Recording
 from test_io_formats import HEADER, walk_rows, write
 
@@ -77,3 +78,11 @@ def test_uneven_steps_are_jitter_and_not_gaps():
     still = Recording(time=t, specific_force=np.full((500, 3), 5.6), angular_rate=np.zeros((500, 3)))
     acc = describe(still)["sensors"]["accelerometer"]
     assert acc["gaps"] == 0 and acc["jitter_ms"] == pytest.approx(6 / math.sqrt(12), rel=0.1)
+
+
+def test_slow_turn_of_a_coarse_signal_is_not_saturation():
+    seconds = np.arange(0, 20, 0.01)
+    field = 0.1 * np.round(400 * np.cos(0.8 * seconds))
+    assert saturated(field[:, None]) == []
+    clipped = np.clip(field, -30, 30)
+    assert [round(extreme) for _, extreme, _ in saturated(np.repeat(clipped[::10], 4)[:, None])] == [30, -30]

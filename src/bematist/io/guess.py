@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bematist import units
 from bematist.earth import STANDARD_GRAVITY
+from bematist.intervals import intervals
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,8 @@ JUDGED = 20000
 """Samples that are judged by the turning of gravity."""
 LEVELS = 40
 """A signal with fewer distinct values is too coarse to tell saturation."""
+TURN = 0.02
+"""Part of its range by which a slow or coarse signal leaves its extreme at most in one sample; a clipped one leaves it by more."""
 FIELD_UT = (5.0, 200.0)
 """µT: what a magnetometer near people reads, iron included (the Earth alone: 22 to 67)."""
 
@@ -182,20 +185,27 @@ def doubt_time(seconds: Array) -> str:
 def saturated(values: Array) -> list[tuple[int, float, int]]:
     """Axes of (N,C) that stay at their extreme: (axis, extreme, samples there).
 
-    A sensor at the end of its range repeats one value, sample after sample, that it never passes. An axis that is there half of the
-    time is stuck, which is another thing.
+    A sensor at the end of its range repeats one value, sample after sample, that it never passes, and falls back from it by more than a
+    slow signal does that turns within its resolution. An axis that is there half of the time is stuck, which is another thing.
     """
     found = []
     for axis in range(values.shape[1]):
-        x = values[:, axis].copy()
+        x = values[:, axis]
         if not np.isfinite(x).any():
             continue
         for extreme in (float(np.fmax.reduce(x)), float(np.fmin.reduce(x))):
             there = np.flatnonzero(x == extreme)
             if len(there) < 3 or len(there) > len(x) // 2 or extreme == 0:
                 continue
-            runs = np.flatnonzero((there[2:] - there[:-2]) == 2)
+            begin, end = intervals(x == extreme).T
+            long = end - begin >= 3
+            if not long.any():
+                continue
+            levels = np.unique(x[np.isfinite(x)])
             # A quiet signal of few levels repeats its extremes as well.
-            if len(runs) and len(np.unique(x[np.isfinite(x)])) > LEVELS:
+            if len(levels) <= LEVELS:
+                continue
+            sides = np.concatenate([begin[long][begin[long] > 0] - 1, end[long][end[long] < len(x)]])
+            if (np.abs(x[sides] - extreme) > TURN * (levels[-1] - levels[0])).any():
                 found.append((axis, extreme, len(there)))
     return found
