@@ -27,7 +27,7 @@ def earth(
     """
     from bematist.earth import CAUTION_UT, earth_at
 
-    found = earth_at(*site.origin_of(place), date=date or datetime.date.today())
+    found = earth_at(*site.origin_of(place, "The place"), date=date or datetime.date.today())
     field = found.field
     assert field is not None
     if json:

@@ -65,9 +65,9 @@ class Site:
         return earth_at(told.latitude_deg, told.longitude_deg, told.height_m, day)
 
 
-def origin_of(text: str) -> tuple[float, ...]:
-    """Latitude and longitude in degrees and, where it is there, height in m. UsageError where the text is none."""
-    found = numbers("--origin", text, (2, 3), "47.3769,8.5417,408 for latitude,longitude,height")
+def origin_of(text: str, option: str = "--origin") -> tuple[float, ...]:
+    """Latitude and longitude in degrees and, where it is there, height in m. UsageError, which names the option, where the text is none."""
+    found = numbers(option, text, (2, 3), "47.3769,8.5417,408 for latitude,longitude,height")
     if not all(abs(n) <= most for n, most in zip(found, (90, 360, 1e5), strict=False)):
-        raise UsageError(f"--origin {text}: write it as latitude,longitude[,height], such as 47.3769,8.5417,408.")
+        raise UsageError(f"{option} {text}: write latitude,longitude[,height], degrees (to ±90 and ±360) and metres, such as 47.3769,8.5417,408.")
     return found
