@@ -69,5 +69,5 @@ def origin_of(text: str, option: str = "--origin") -> tuple[float, ...]:
     """Latitude and longitude in degrees and, where it is there, height in m. UsageError, which names the option, where the text is none."""
     found = numbers(option, text, (2, 3), "47.3769,8.5417,408 for latitude,longitude,height")
     if not all(abs(n) <= most for n, most in zip(found, (90, 360, 1e5), strict=False)):
-        raise UsageError(f"{option} {text}: write latitude,longitude[,height], degrees (to ±90 and ±360) and metres, such as 47.3769,8.5417,408.")
+        raise UsageError(f"{option} {text}: write latitude,longitude[,height], in degrees (to ±90, ±360) and m: 47.3769,8.5417,408.")
     return found

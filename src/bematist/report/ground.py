@@ -74,7 +74,7 @@ def image(plan: FloorPlan | None) -> dict[str, Any] | None:
 
 
 def view(points: Sequence[Array]) -> list[list[float]] | None:
-    """Ranges of east and north, m, that show what was walked on the plan, with some room; None without a point."""
+    """Ranges of east and north, m, that show the paths with some room, however large a plan or an ellipse is; None without a point."""
     p = np.concatenate([np.empty((0, 2)), *(q[:, :2] for q in points)])
     p = p[np.isfinite(p).all(1)]
     if not len(p):

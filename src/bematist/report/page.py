@@ -93,10 +93,9 @@ def _content(
         ]
     )
     data = page_data(figures, traces, first.time)
-    if floor_plan is not None:
-        paths = [laid.path(k, s.trajectory.position, np.empty((0, 3, 3)))[0] for k, s in enumerate(drawn)]
-        data["image"] = ground.image(floor_plan)
-        data["view"] = ground.view([*paths, *([local.position] if local else [])])
+    paths = [laid.path(k, s.trajectory.position, np.empty((0, 3, 3)))[0] for k, s in enumerate(drawn)]
+    data["image"] = ground.image(floor_plan)
+    data["view"] = ground.view([*paths, *([local.position] if local else [])])
     return f"{source}: {methods or 'path'}", body, data
 
 
