@@ -8,8 +8,9 @@ from allantools import ci
 import bematist as bm
 from bematist.allan.covariance import Overlap
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance, stretches
-from bematist.allan.fit import fit_noises
+from bematist.allan.fit import Estimate, Fit, fit_noises
 from bematist.allan.noises import FLICKER_FLOOR, NOISES, markov_variance, phase_covariance, shapes
+from bematist.allan.result import AllanResult, SensorAllan
 from bematist.allan.spectrum import fitted_density, spectral_density
 from noise_makers import made
 
@@ -150,14 +151,72 @@ def test_coefficients_scale_with_the_signal() -> None:
 
 
 def test_low_passed_white_noise_keeps_its_density() -> None:
-    """A filter is none of the noises: the fit says how far it departs, and the density for a navigation filter is the one before it."""
+    """A filter is none of the noises: the short averages are left out, and the density is the one before it."""
     rng, n = np.random.default_rng(0), 50_000
     rate = np.stack([np.convolve(made(n + 4, 100.0, rng, white=1e-4), np.ones(5) / 5, "valid") for _ in range(3)], axis=1)
     force = np.array([0, 0, 9.8]) + made(3 * n, 100.0, rng, white=1e-3).reshape(n, 3)
     found = bm.allan(bm.Recording(time=np.arange(n) / 100, specific_force=force, angular_rate=rate))
-    assert all(fit is not None and fit.departure > 0.01 for fit in found["gyroscope"].fits)
-    assert all(fit is not None and fit.departure == 0 for fit in found["accelerometer"].fits)
+    for fit in found["gyroscope"].fits:
+        assert fit is not None and fit.skipped > 0 and fit.departure == 0 and set(fit.coefficients) == {"white"}
+    assert found["accelerometer"].verdict() == "fits"
+    assert "neighbouring samples are not independent" in found.warnings[0]
     assert found.noise()["angle_random_walk"] == pytest.approx(1e-4, rel=0.05)
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_samples_of_a_slower_sensor(held: bool) -> None:
+    """Held or interpolated, as the magnetometer's are in many a file: the white noise is that of the sensor."""
+    rng, n, slow = np.random.default_rng(1), 40_000, 37.0
+    time, own = np.arange(n) / 100, np.arange(n) / slow
+    values = 0.07 * np.sqrt(slow) * rng.standard_normal((n, 3))
+    at = np.searchsorted(own, time, "right") - 1
+    field = values[at] if held else np.column_stack([np.interp(time, own, axis) for axis in values.T])
+    force = np.array([0, 0, 9.8]) + 0.01 * rng.standard_normal((n, 3))
+    quiet = 1e-3 * rng.standard_normal((n, 3))
+    r = bm.Recording(time=time, specific_force=force, angular_rate=quiet, magnetic_time=time, magnetic_flux_density=field)
+    mag = bm.allan(r)["magnetometer"]
+    assert mag.white() == pytest.approx(0.07, rel=0.04)
+    for fit in mag.fits:
+        assert fit is not None and fit.skipped > 0 and fit.good and "markov" not in fit.coefficients
+        assert fit.coefficients["white"].low < 0.07 < 1.03 * fit.coefficients["white"].high
+
+
+def test_what_does_not_fit_is_left_out_with_its_reason() -> None:
+    """A slow vibration on one axis of the gyroscope: no sum of noises describes it, and noise.toml takes nothing of it."""
+    rng, n = np.random.default_rng(2), 60_000
+    time = np.arange(n) / 50
+    force = np.array([0, 0, 9.8]) + 0.01 * rng.standard_normal((n, 3))
+    rate = 1e-3 * rng.standard_normal((n, 3))
+    rate[:, 1] += 3e-3 * np.sin(2 * np.pi * 0.11 * time)
+    found = bm.allan(bm.Recording(time=time, specific_force=force, angular_rate=rate))
+    fit = found["gyroscope"].fits[1]
+    assert fit is not None and not fit.good
+    assert found["gyroscope"].verdicts()["y"].startswith("does not fit")
+    assert [axis for axis, f in zip("xyz", found["gyroscope"].fits, strict=True) if f is not None and f.good] == ["x", "z"]
+    assert any("no sum of these noises" in w and "y by" in w for w in found.warnings)
+    assert found.noise()["angle_random_walk"] == pytest.approx(1e-3 / np.sqrt(50), rel=0.02)
+    assert found.left_out()[0].startswith("gyroscope y is left out: does not fit")
+    assert "# gyroscope y is left out" in found.to_toml()
+
+
+def curve_of(**coefficients: Estimate) -> SensorAllan:
+    fit = Fit(coefficients, None, {}, 0.0, 0.01, 0, 1.0, 5, np.ones(2))
+    taus = np.array([1.0, 2.0])
+    axes = np.ones((2, 1))
+    return SensorAllan("gyroscope", ("x",), 100.0, 1000, taus, axes, axes, axes, axes, taus, axes, (fit,))
+
+
+def test_noise_block_leaves_out_what_is_not_significant() -> None:
+    """An interval that reaches down to 0 may be that of nothing; one that does not is taken, and no more than it."""
+    white, sure, doubtful = Estimate(1e-4, 0.9e-4, 1.1e-4), Estimate(1e-5, 1e-6, 2e-5), Estimate(1e-5, 0.0, 2e-5)
+    accelerometer = curve_of(white=white)
+    for name, other, walk in (("walk", "ramp", 1e-5), ("flicker", "walk", 0.664e-5 * np.sqrt(3 / 100))):
+        taken = AllanResult({"gyroscope": curve_of(white=white, **{name: sure, other: doubtful}), "accelerometer": accelerometer}, 0, 1)
+        assert taken.noise(100.0)["gyro_bias_walk"] == pytest.approx(walk, rel=1e-3)
+        left = AllanResult({"gyroscope": curve_of(white=white, **{name: doubtful}), "accelerometer": accelerometer}, 0, 1)
+        assert left.noise() == {"angle_random_walk": 1e-4, "velocity_random_walk": 1e-4}
+        assert left.left_out()[0].startswith("gyro_bias_walk is left out")
+        assert "gyro_bias_walk =" not in left.to_toml()
 
 
 def test_spectral_density_fits_the_allan_deviation() -> None:

@@ -171,6 +171,7 @@ def test_command_writes_what_track_takes(tmp_path: Path, capsys: pytest.CaptureF
         "coefficients.csv",
         "allan.json",
         "noise.toml",
+        "allan.html",
         "allan.png",
         "allan.svg",
     }
@@ -206,3 +207,6 @@ def test_real_rests(shared_data: Path, name: str) -> None:
     assert 0.003 < math.degrees(noise["angle_random_walk"]) < 0.01
     assert 150e-6 < noise["velocity_random_walk"] / 9.81 < 500e-6
     assert "gyro_bias_walk" not in noise
+    # The magnetometer's samples are those of a slower one, interpolated: 0.08 µT/√Hz, and no process of milliseconds.
+    assert found["magnetometer"].white() == pytest.approx(0.078, abs=0.01)
+    assert all(fit is not None and fit.good and fit.skipped for fit in found["magnetometer"].fits)

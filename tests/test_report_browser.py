@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import bematist as bm
 import browser
+from bematist.allan import allan as identify
 from bematist.io import read_floor_plan
 from bematist.recording import Recording, Reference
-from bematist.report import write_report, write_stance_page
+from bematist.report import write_allan_page, write_calibration_page, write_report, write_stance_page
+from bematist.simulate import Sensor, simulate
 from bematist.stance import StanceParameters, analyse
 from report_cases import reference, turned, walk
 
@@ -228,4 +231,62 @@ def test_a_plan_below_the_path_and_waypoints_with_their_errors(chromium: browser
     page.open(tmp_path / "b.html")
     assert page.problems() == [] and fetched(page) == []
     assert page.run("document.getElementById('plot-plan').data.filter((t) => t.name === 'error at the reference').length") == 2
+    page.close()
+
+
+def noisy(n: int = 6000) -> Recording:
+    """A minute of rest of nine axes; its name would like to be a script."""
+    rng, time = np.random.default_rng(0), np.arange(n) / 100
+    force = np.array([0, 0, 9.8]) + 0.02 * rng.standard_normal((n, 3))
+    rate, field = 1e-3 * rng.standard_normal((n, 3)), 0.3 * rng.standard_normal((n, 3))
+    return Recording(
+        time=time,
+        specific_force=force,
+        angular_rate=rate,
+        magnetic_time=time,
+        magnetic_flux_density=field,
+        source=HOSTILE,
+        warnings=(HOSTILE,),
+    )
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_page_of_noises(chromium: browser.Browser, tmp_path: Path, dark: bool) -> None:
+    path = tmp_path / "allan.html"
+    write_allan_page(identify(noisy(), quaternion=True), path, 100.0)
+    assert path.stat().st_size < 6e6
+    page = browser.Page(chromium, dark=dark)
+    page.open(path)
+    assert page.problems() == [] and fetched(page) == []
+    assert page.run("window.broken") is None
+    assert page.run("document.querySelectorAll('.js-plotly-plot').length") == 8
+    assert page.run(ALL_DRAWN)
+    deviation = "document.getElementById('plot-gyroscope-deviation')"
+    assert page.run(f"[{deviation}._fullLayout.xaxis.type, {deviation}._fullLayout.yaxis.type]") == ["log", "log"]
+    # A curve with its band, the white noise and the sum of each axis; the hidden axis takes all of its lines along.
+    assert page.run(f"{deviation}.data.filter((t) => t.legendgroup === 'x').length") == 4
+    page.run(f"{deviation}.scrollIntoView({{ block: 'center' }})")
+    x, y = page.run(
+        f"(() => {{ const d = {deviation}, b = d.getBoundingClientRect(), l = d._fullLayout, t = d.data.find((t) => t.name === 'z');"
+        " return [b.left + l.xaxis._offset + l.xaxis.d2p(t.x[3]), b.top + l.yaxis._offset + l.yaxis.d2p(t.y[3])]; })()"
+    )
+    page.mouse("mouseMoved", x - 20, y)
+    page.mouse("mouseMoved", x, y)
+    page.until(f"!!{deviation}.querySelector('.hoverlayer .hovertext')")
+    assert "°/h" in page.run(f"{deviation}.querySelector('.hoverlayer').textContent")
+    assert page.problems() == []
+    page.close()
+
+
+def test_the_page_of_a_calibration(chromium: browser.Browser, tmp_path: Path) -> None:
+    device = Sensor(
+        rate_hz=100.0, magnetometer_rate_hz=25.0, velocity_random_walk=2e-3, angle_random_walk=2e-4, magnetic_noise_density=0.05
+    )
+    write_calibration_page(bm.calibrate(simulate("tumble", device, tumble_rest_s=2.0)), tmp_path / "sensor.html")
+    page = browser.Page(chromium)
+    page.open(tmp_path / "sensor.html")
+    of_chromium = ("willReadFrequently", "software WebGL", "GPU stall")  # to the maker of plotly, and of the machine
+    assert [text for text in page.problems() if not any(known in text for known in of_chromium)] == [] and fetched(page) == []
+    assert page.run("document.querySelectorAll('.js-plotly-plot').length") == 5
+    assert (tmp_path / "sensor.html").stat().st_size < 6e6
     page.close()

@@ -27,7 +27,7 @@ from bematist.allan.fit import Estimate, Fit, fit_noises
 from bematist.allan.rest import find_rest
 from bematist.allan.result import AllanResult, SensorAllan
 from bematist.allan.spectrum import spectral_density
-from bematist.allan.suspect import check_axis, check_units
+from bematist.allan.suspect import check_axis, check_units, poorly_fitted
 from bematist.errors import DataError
 from bematist.frames import quaternion_from_rotation_vector
 from bematist.recording import Recording
@@ -95,6 +95,7 @@ def allan(
             if progress:
                 progress(done, total)
         sensors[name] = _assembled(name, axes, len(time), overlap, found)
+        warnings += poorly_fitted(sensors[name])
     warnings += check_units(recording, rest.start_s, rest.end_s, sensors)
     return AllanResult(sensors, rest.start_s, rest.end_s, recording.source, tuple(dict.fromkeys(warnings)))
 

@@ -34,15 +34,26 @@ class Overlap:
     spans : (M,) averaging times in samples, increasing.
     lengths : samples of each uninterrupted stretch; second differences do not reach over a gap.
     period_s : sampling period, s.
+    skipped : how many shorter averaging times were left out (`longer`).
     """
 
-    def __init__(self, spans: Sequence[int] | NDArray[np.int64], lengths: Sequence[int] | NDArray[np.int64], period_s: float) -> None:
+    def __init__(
+        self, spans: Sequence[int] | NDArray[np.int64], lengths: Sequence[int] | NDArray[np.int64], period_s: float, *, skipped: int = 0
+    ) -> None:
         self.spans = np.asarray(spans, np.int64)
         self.lengths = np.asarray(lengths, np.int64)
         self.taus: Array = self.spans.astype(float) * period_s
         self.period_s = period_s
+        self.skipped = skipped
+        self._longer: dict[int, Overlap] = {}
         self.terms = np.clip(self.lengths[:, None] + 1 - 2 * self.spans, 0, None).sum(0)
         """Number of second differences behind each value (M,)."""
+
+    def longer(self, skipped: int) -> Overlap:
+        """Without the `skipped` shortest averaging times; made once."""
+        if skipped not in self._longer:
+            self._longer[skipped] = Overlap(self.spans[skipped:], self.lengths, self.period_s, skipped=skipped)
+        return self._longer[skipped]
 
     @cached_property
     def _pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

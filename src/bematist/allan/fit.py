@@ -19,6 +19,7 @@ from scipy.special import gammaincinv
 from bematist.allan.covariance import Overlap
 from bematist.allan.noises import MARKOV, NOISES, shapes
 from bematist.allan.profile import Profile
+from bematist.allan.spectrum import fitted_density
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,17 @@ EVIDENCE = 10.0
 """Least gain in -2 ln(likelihood) for each further parameter: about one noise invented in a hundred curves without it."""
 _MISFIT = 0.001
 """A misfit less likely than this is taken for a departure from the model, and the intervals are widened until it is not."""
+LONGEST_SKIPPED_S = 0.5
+"""s: averaging times up to this may be left out where samples are smoothed; slower is no filter of a sensor."""
+FEWEST_FITTED = 6
+"""Averaging times that a fit keeps, at least."""
+SLOWER = 5.0
+"""Where short averaging times were left out, a Gauss-Markov process has at least this many times the first one for its correlation time:
+a faster one would be what is left of the smoothing, and take its part of the white noise."""
+SAFELY = 2
+"""Further averaging times left out once the misfit may be chance: what smoothing takes from the variance halves with each octave."""
+POOR = 0.3
+"""A relative departure of the variances beyond which the noises do not describe the curve."""
 _ROUNDS = 12
 _GRID = 20
 
@@ -49,6 +61,8 @@ class Fit:
     correlation : its correlation time, s; None where there is none.
     bounds : noise that was not found → the largest coefficient (95 %, one-sided) that could have been missed.
     departure : relative departure of the variances from the model that the intervals allow for; 0 where the model explains them.
+    from_s : the shortest averaging time that was fitted, s.
+    skipped : how many shorter ones were left out, because the samples are smoothed (filtered, held or interpolated).
     chi2, freedom : misfit before that allowance, and its degrees of freedom.
     edf : (M,) equivalent degrees of freedom of each variance under the fit.
     """
@@ -57,17 +71,37 @@ class Fit:
     correlation: Estimate | None
     bounds: Mapping[str, float]
     departure: float
+    from_s: float
+    skipped: int
     chi2: float
     freedom: int
     edf: Array = field(repr=False)
 
+    @property
+    def good(self) -> bool:
+        """Whether the noises describe the curve well enough for a filter to believe them."""
+        return self.departure <= POOR
+
+    def verdict(self) -> str:
+        """How well the noises describe the curve, in words."""
+        if not self.good:
+            return f"does not fit: the variances depart by {100 * self.departure:.0f} % from any sum of these noises"
+        within = f"fits within {100 * self.departure:.2g} % of the variances" if self.departure else "fits"
+        return f"{within}, from {self.from_s:.2g} s on" if self.skipped else within
+
+    def part(self, noise: str, taus: Array) -> Array:
+        """The Allan variance (M,) of one of the noises that were found."""
+        correlation_s = self.correlation.value if self.correlation else np.nan
+        return self.coefficients[noise].value ** 2 * shapes([noise], np.asarray(taus, float), correlation_s)[:, 0]
+
     def variance(self, taus: Array, *, without: Sequence[str] = ()) -> Array:
         """The fitted Allan variance (M,) at averaging times in s; `without` some of its noises."""
-        correlation_s = self.correlation.value if self.correlation else np.nan
-        names = [n for n in self.coefficients if n not in without]
-        if not names:
-            return np.zeros(len(taus))
-        return shapes(names, np.asarray(taus, float), correlation_s) @ np.array([self.coefficients[n].value ** 2 for n in names])
+        return np.sum([self.part(n, taus) for n in self.coefficients if n not in without] or [np.zeros(len(taus))], axis=0)
+
+    def density(self, frequency: Array, period_s: float) -> Array:
+        """One-sided spectral density (F,) of the fitted noises at frequencies (F,), Hz, of samples every period_s."""
+        squares = {n: e.value**2 for n, e in self.coefficients.items()}
+        return fitted_density(squares, self.correlation.value if self.correlation else np.nan, frequency, period_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +123,45 @@ def fit_noises(variance: Array, overlap: Overlap, noises: Sequence[str] = NOISES
     """Fit a curve of overlapping Allan variances (M,) at the averaging times of `overlap`.
 
     noises : the ones to choose from; white noise is always among them.
+
+    Where the misfit cannot be chance, short averaging times are left out one by one: what smooths the samples, a filter in the sensor or a
+    slower sensor whose samples were held or interpolated, is none of the noises and spoils these alone. If that does not help, all are
+    fitted, and the departure that would explain the misfit is added to the weights.
     """
     candidates = [n for n in NOISES if n in noises]
     # Relative to the first value, so that no number is too small for the solver.
-    scale = float(variance[0])
-    found = _chosen(variance / scale, overlap, candidates, 0.0)
-    misfit, freedom = found.chi2, len(variance) - found.parameters
-    departure = 0.0
-    if freedom > 0 and misfit > 2 * gammaincinv(freedom / 2, 1 - _MISFIT):
-        departure = _departure(variance / scale, overlap, found, freedom)
-        found = _chosen(variance / scale, overlap, candidates, departure)
-    return _described(found, variance / scale, overlap, candidates, scale, departure, (misfit, freedom))
+    scale, departure, skipped = float(variance[0]), 0.0, 0
+    v, part = variance / scale, overlap
+    whole = found = _chosen(v, overlap, candidates, 0.0)
+    while _misfits(found, len(v) - skipped) and skipped < _most_skipped(overlap):
+        skipped += 1
+        part = overlap.longer(skipped)
+        found = _chosen(v[skipped:], part, candidates, 0.0)
+    if skipped and not _misfits(found, len(v) - skipped):
+        skipped = max(min(skipped + SAFELY, _most_skipped(overlap)), skipped)
+        part = overlap.longer(skipped)
+        found = _chosen(v[skipped:], part, candidates, 0.0)
+    if _misfits(found, len(v) - skipped):
+        skipped, part, found = 0, overlap, whole
+        departure = _departure(v, overlap, whole, len(v) - whole.parameters)
+        found = _chosen(v, overlap, candidates, departure)
+        misfit = (whole.chi2, len(v) - whole.parameters)
+    else:
+        misfit = (found.chi2, len(v) - skipped - found.parameters)
+    coefficients, correlation, bounds = _intervals(found, v[skipped:], part, candidates, scale)
+    own = np.diag(overlap.covariance(found.squares, found.correlation_s))
+    model = shapes(list(found.squares), overlap.taus, found.correlation_s) @ np.array(list(found.squares.values()))
+    return Fit(coefficients, correlation, bounds, departure, float(part.taus[0]), skipped, *misfit, 2 * model**2 / own)
+
+
+def _misfits(found: _State, values: int) -> bool:
+    """Whether the misfit of a fit of so many variances cannot be chance."""
+    freedom = values - found.parameters
+    return freedom > 0 and found.chi2 > 2 * float(gammaincinv(freedom / 2, 1 - _MISFIT))
+
+
+def _most_skipped(overlap: Overlap) -> int:
+    return max(min(int((overlap.taus < LONGEST_SKIPPED_S).sum()), len(overlap.taus) - FEWEST_FITTED), 0)
 
 
 def _chosen(v: Array, overlap: Overlap, candidates: Sequence[str], departure: float) -> _State:
@@ -130,7 +192,7 @@ def _converged(v: Array, overlap: Overlap, names: Sequence[str], departure: floa
         whiten = _whitening(covariance)
         whitened = whiten @ v
         if MARKOV in names:
-            correlation_s = _correlation_time(names, overlap.taus, whiten, whitened, correlation_s)
+            correlation_s = _correlation_time(names, overlap, whiten, whitened, correlation_s)
         c, _ = nnls(whiten @ shapes(names, overlap.taus, correlation_s), whitened)
         squares = {n: float(x) for n, x in zip(names, c, strict=True)}
         if not any(squares.values()):
@@ -162,13 +224,15 @@ def _spread(v: Array, overlap: Overlap, squares: Mapping[str, float], correlatio
     return c + np.diag(1e-9 * d + (departure * v) ** 2)
 
 
-def _correlation_time(names: Sequence[str], taus: Array, whiten: Array, whitened: Array, near: float) -> float:
+def _correlation_time(names: Sequence[str], overlap: Overlap, whiten: Array, whitened: Array, near: float) -> float:
     """The correlation time, s, at which the weighted misfit is least, within the averaging times; `near` is the last one, or NaN."""
+    taus = overlap.taus
+    shortest = taus[0] * (SLOWER if overlap.skipped else 1.0)
 
     def misfit(log_s: float) -> float:
         return nnls(whiten @ shapes(names, taus, np.exp(log_s)), whitened)[1]
 
-    grid = np.linspace(np.log(taus[0]), np.log(taus[-1]), _GRID)
+    grid = np.linspace(np.log(shortest), np.log(taus[-1]), _GRID)
     at = int(np.argmin([misfit(x) for x in grid])) if np.isnan(near) else int(np.argmin(np.abs(grid - np.log(near))))
     bracket = (grid[max(at - 1, 0)], grid[min(at + 1, _GRID - 1)])
     found: Any = minimize_scalar(misfit, bounds=bracket, method="bounded", options={"xatol": 1e-3})
@@ -193,20 +257,18 @@ def _departure(v: Array, overlap: Overlap, found: _State, freedom: int) -> float
     return high
 
 
-def _described(
-    found: _State, v: Array, overlap: Overlap, candidates: Sequence[str], scale: float, departure: float, misfit: tuple[float, int]
-) -> Fit:
+def _intervals(
+    found: _State, v: Array, overlap: Overlap, candidates: Sequence[str], scale: float
+) -> tuple[dict[str, Estimate], Estimate | None, dict[str, float]]:
+    """The coefficients that were found, the correlation time, and the bounds of the others."""
     names = [n for n, x in found.squares.items() if x > 0]
-    values = np.array([found.squares[n] for n in names])
     profile = Profile(
         v, overlap.taus, _whitening(found.covariance), [n for n in candidates if n != MARKOV or n in names], found.correlation_s
     )
     coefficients = {}
-    for noise, square in zip(names, values, strict=True):
-        low, high = profile.interval(noise, square)
-        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (square, low, high)))
+    for noise in names:
+        low, high = profile.interval(noise, found.squares[noise])
+        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (found.squares[noise], low, high)))
     correlation = Estimate(found.correlation_s, *profile.correlation_interval()) if MARKOV in names else None
     bounds = {n: float(np.sqrt(scale * profile.bound(n))) for n in candidates if n not in names and n != MARKOV}
-    own = np.diag(overlap.covariance(found.squares, found.correlation_s))
-    edf = 2 * (shapes(names, overlap.taus, found.correlation_s) @ values) ** 2 / own
-    return Fit(coefficients, correlation, bounds, departure, misfit[0], misfit[1], edf)
+    return coefficients, correlation, bounds

@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 
 HORIZON_S = 100.0
 """s, see `AllanResult.noise`."""
+FILTER_NAMES = (
+    ("gyroscope", "angle_random_walk", "gyro_bias_walk"),
+    ("accelerometer", "velocity_random_walk", "accel_bias_walk"),
+)
+"""Sensors, and the filter's names of their white noise and of the walk of their bias."""
 FAST_S = 0.5
 """s: what is correlated for less is white to a filter of a person's motion."""
 
@@ -62,14 +67,24 @@ class SensorAllan:
         k = int(np.nanargmin(self.deviation[:, axis]))
         return float(self.deviation[k, axis]), float(self.taus[k])
 
+    def verdicts(self) -> dict[str, str]:
+        """Of each axis, how well the noises describe its curve."""
+        return {axis: "not fitted" if fit is None else fit.verdict() for axis, fit in zip(self.axes, self.fits, strict=True)}
+
+    def verdict(self) -> str:
+        """The verdicts in one line."""
+        found = self.verdicts()
+        same = set(found.values())
+        return same.pop() if len(same) == 1 else "; ".join(f"{axis} {verdict}" for axis, verdict in found.items())
+
     def white(self) -> float | None:
-        """White noise N, root mean square over the axes; None where no axis was fitted.
+        """White noise N, root mean square over the axes that the noises describe (`Fit.good`); None where there is none.
 
         A Gauss-Markov process faster than `FAST_S` is white noise behind a low-pass filter: it counts as 2 s² T.
         """
         squares = []
         for fit in self.fits:
-            if fit is not None:
+            if fit is not None and fit.good:
                 own = fit.coefficients["white"].value ** 2 if "white" in fit.coefficients else 0.0
                 fast = 2 * fit.coefficients["markov"].value ** 2 * fit.correlation.value if _fast(fit) and fit.correlation else 0.0
                 squares.append(own + fast)
@@ -78,11 +93,11 @@ class SensorAllan:
     def drift(self, horizon_s: float) -> float | None:
         """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise; None without.
 
-        A noise whose interval reaches down to 0 may be none, and is left out.
+        Of the axes that the noises describe (`Fit.good`). A noise whose interval reaches down to 0 may be none, and is left out.
         """
         slow = []
         for fit in self.fits:
-            if fit is not None:
+            if fit is not None and fit.good:
                 doubtful = (name for name, found in fit.coefficients.items() if found.low <= 0)
                 fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()), *doubtful)
                 slow.append(float(fit.variance(np.array([horizon_s]), without=fast)[0]))
@@ -152,15 +167,25 @@ class AllanResult:
 
         The filter knows biases only as random walks. What was found of bias instability, Gauss-Markov, random walk and ramp is turned
         into the random walk with the same Allan deviation at `horizon_s`: the time for which the filter must trust a bias. What the
-        recording was too short to show is left out.
+        recording was too short to show is left out, and axes whose curve the noises do not describe; see `left_out`.
         """
         out: dict[str, float | None] = {}
-        for sensor, white, walk in (
-            ("gyroscope", "angle_random_walk", "gyro_bias_walk"),
-            ("accelerometer", "velocity_random_walk", "accel_bias_walk"),
-        ):
+        for sensor, white, walk in FILTER_NAMES:
             out |= {white: self[sensor].white(), walk: self[sensor].drift(horizon_s)}
         return {name: value for name, value in out.items() if value is not None}
+
+    def left_out(self, horizon_s: float = HORIZON_S) -> list[str]:
+        """What `noise` does not hold, and why."""
+        out = []
+        for sensor, white, walk in FILTER_NAMES:
+            s = self[sensor]
+            poor = [axis for axis, fit in zip(s.axes, s.fits, strict=True) if fit is None or not fit.good]
+            out += [f"{sensor} {axis} is left out: {s.verdicts()[axis]}" for axis in poor]
+            if len(poor) == len(s.axes):
+                out.append(f"{white} and {walk} are left out: no axis is fitted")
+            elif s.drift(horizon_s) is None:
+                out.append(f"{walk} is left out: no slow noise was found whose interval keeps away from 0")
+        return out
 
     def to_toml(self, horizon_s: float = HORIZON_S) -> str:
         """A configuration for `bematist track --config`: the noise block, and above it as comments what it was made of."""
@@ -168,6 +193,7 @@ class AllanResult:
 
         lines = [f"Noise identified by bematist allan: {self.source or 'arrays'}, {self.start_s:.1f} to {self.end_s:.1f} s."]
         lines += [f"{row['sensor']} {row['axis']}: {describe(row)}" for row in self.coefficients() if row["found"]]
+        lines += [f"{reason}." for reason in self.left_out(horizon_s)]
         lines.append(f"The bias walks have the Allan deviation of all slow noises at {horizon_s:g} s.")
         lines.append("It is the noise at rest, a floor: in motion errors of scale and alignment come on top, and a shoe needs more.")
         comments = "".join(f"# {line}\n" for line in lines)

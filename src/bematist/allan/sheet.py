@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from bematist.earth import STANDARD_GRAVITY
 from bematist.units import ANGULAR_RATE
@@ -80,3 +82,24 @@ WORDS = {
     "walk": "random walk",
     "ramp": "ramp",
 }
+
+
+HEADER = ("sensor", "axis", "noise", "", "value", "95 % interval", "unit", "SI")
+"""Of a table of `cells`."""
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """A row of `AllanResult.coefficients` as a table shows it, in the unit of data sheets and in SI."""
+    which = "sheet_" if row["sheet_unit"] else ""
+    unit = row["sheet_unit"] or row["unit"]
+    value, low, high = (row[f"{which}{key}"] for key in ("value", "low", "high"))
+    names = [row["sensor"], row["axis"], row["noise"], row["symbol"]]
+    if not row["found"]:
+        return [*names, "not found", f"< {high:.3g}", unit, f"< {row['high']:.3g} {row['unit']}"]
+    return [*names, f"{value:.4g}", f"{low:.4g} … {high:.4g}", unit, f"{row['value']:.4g} {row['unit']}"]
+
+
+def curve_unit(sensor: str) -> tuple[str, float]:
+    """Unit of a curve of deviations as data sheets write it, and the factor of the SI value; that of bias instability."""
+    units = SHEET[sensor]["flicker"]
+    return units[0] if units else ("1", 1.0)

@@ -49,6 +49,25 @@ def check_axis(sensor: str, axis: str, values: Array) -> str:
     return ""
 
 
+def poorly_fitted(s: SensorAllan) -> list[str]:
+    """Warnings of axes whose curve the noises do not describe, and of samples that were smoothed."""
+    fits = [(axis, fit) for axis, fit in zip(s.axes, s.fits, strict=True) if fit is not None]
+    poor = [f"{axis} by {100 * fit.departure:.0f} %" for axis, fit in fits if not fit.good]
+    smooth = [f"{axis} from {fit.from_s:.2g} s" for axis, fit in fits if fit.skipped]
+    out = []
+    if poor:
+        out.append(
+            f"{s.name}: no sum of these noises describes its Allan variance ({', '.join(poor)}): something moved, vibrated, warmed up or "
+            "disturbed the field. Of such an axis noise.toml takes nothing."
+        )
+    if smooth:
+        out.append(
+            f"{s.name}: neighbouring samples are not independent. A filter smooths them, or a slower sensor's samples were held or "
+            f"interpolated. Only longer averages are fitted: {', '.join(smooth)} on."
+        )
+    return out
+
+
 def check_units(recording: Recording, start: float, end: float, sensors: Mapping[str, SensorAllan]) -> list[str]:
     """Warnings where a reading at rest is not that of a sensor at rest.
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,7 +17,7 @@ from bematist.outputs import results_folder, to_json
 if TYPE_CHECKING:
     from bematist.allan import AllanResult
 
-FILES = ("allan.csv", "coefficients.csv", "allan.json", "noise.toml", "allan.png", "allan.svg")
+FILES = ("allan.csv", "coefficients.csv", "allan.json", "noise.toml", "allan.html", "allan.png", "allan.svg")
 SPACINGS = ("octave", "decade")
 
 
@@ -48,8 +47,8 @@ def allan(
 ) -> None:
     """Identify a sensor's noise from a recording at rest.
 
-    Writes the Allan deviations (allan.csv), the noises with their intervals (coefficients.csv, allan.json), pictures (allan.png,
-    allan.svg), and noise.toml, which "bematist track --config noise.toml" takes.
+    Writes the Allan deviations (allan.csv), the noises with their intervals (coefficients.csv, allan.json), a page to look at
+    (allan.html), pictures (allan.png, allan.svg), and noise.toml, which "bematist track --config noise.toml" takes.
     """
     config.choose("spacing", spacing, SPACINGS)
     reading = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated)
@@ -80,7 +79,7 @@ def write(folder: Path, found: AllanResult, horizon_s: float) -> None:
     """Write the files of `FILES`."""
     import polars as pl
 
-    from bematist.report.allan_still import still_allan
+    from bematist.report import still_allan, write_allan_page
 
     rows = found.coefficients()
     found.to_polars().write_csv(folder / "allan.csv")
@@ -91,32 +90,29 @@ def write(folder: Path, found: AllanResult, horizon_s: float) -> None:
         "start_s": found.start_s,
         "end_s": found.end_s,
         "coefficients": rows,
+        "fits": {s.name: s.verdicts() for s in found.sensors.values()},
         "noise": found.noise(horizon_s),
+        "left_out": found.left_out(horizon_s),
         "horizon_s": horizon_s,
         "warnings": found.warnings,
     }
     (folder / "allan.json").write_text(to_json(content), "utf-8")
     (folder / "noise.toml").write_text(found.to_toml(horizon_s), "utf-8")
+    write_allan_page(found, folder / "allan.html", horizon_s)
     still_allan(found, folder / "allan.png")
     still_allan(found, folder / "allan.svg")
 
 
 def show(found: AllanResult, folder: Path, horizon_s: float) -> None:
     """Print what was found."""
+    from bematist.allan import sheet
+
     name = Path(found.source).name or "recording"
     output().print(f"{name} · rest from {found.start_s:.1f} to {found.end_s:.1f} s", style="bold", soft_wrap=True)
-    header = ["sensor", "axis", "noise", "", "value", "95 % interval", "unit", "SI"]
     shown = [row for row in found.coefficients() if row["found"] or row["symbol"] in "BK"]
-    output().print(table(header, [_cells(row) for row in shown], right=(4, 5)))
-    output().print(facts([(key, f"{value:.4g}") for key, value in found.noise(horizon_s).items()]))
-    output().print(f"Results in {folder}/, see {folder / 'allan.png'}; bematist track … --config {folder / 'noise.toml'}", soft_wrap=True)
-
-
-def _cells(row: Mapping[str, Any]) -> list[str]:
-    which = "sheet_" if row["sheet_unit"] else ""
-    unit = row["sheet_unit"] or row["unit"]
-    value, low, high = (row[f"{which}{key}"] for key in ("value", "low", "high"))
-    names = [row["sensor"], row["axis"], row["noise"], row["symbol"]]
-    if not row["found"]:
-        return [*names, "not found", f"< {high:.3g}", unit, ""]
-    return [*names, f"{value:.4g}", f"{low:.4g} … {high:.4g}", unit, f"{row['value']:.4g} {row['unit']}"]
+    output().print(table(sheet.HEADER, [sheet.cells(row) for row in shown], right=(4, 5)))
+    lines = [(s.name, s.verdict()) for s in found.sensors.values()]
+    lines += [(key, f"{value:.4g}") for key, value in found.noise(horizon_s).items()]
+    lines += [("noise.toml", reason) for reason in found.left_out(horizon_s)]
+    output().print(facts(lines))
+    output().print(f"Results in {folder}/, see {folder / 'allan.html'}; bematist track … --config {folder / 'noise.toml'}", soft_wrap=True)

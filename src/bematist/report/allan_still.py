@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from bematist.allan import AllanResult, SensorAllan, sheet
 from bematist.allan.noises import FLICKER_FLOOR
-from bematist.allan.spectrum import fitted_density
-from bematist.errors import UsageError
-from bematist.report.still import COLORS
+from bematist.report.still import COLORS, picture_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,9 +32,7 @@ def still_allan(found: AllanResult, path_png: str | Path) -> None:
 
     from bematist.outputs import whole_file
 
-    path = Path(path_png)
-    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise UsageError(f'{path}: a picture is written as .png, .svg or .pdf, not as "{path.suffix}".')
+    path = picture_path(path_png)
     sensors = list(found.sensors.values())
     figure = Figure(figsize=(12, 4.2 * len(sensors)), layout="constrained")
     for row, sensor in zip(figure.subplots(len(sensors), 2, squeeze=False, width_ratios=[1.4, 1]), sensors, strict=True):
@@ -46,13 +42,8 @@ def still_allan(found: AllanResult, path_png: str | Path) -> None:
         figure.savefig(temporary, dpi=120, format=path.suffix[1:].lower())
 
 
-def _unit(sensor: SensorAllan) -> tuple[str, float]:
-    units = sheet.SHEET[sensor.name]["flicker"]
-    return units[0] if units else ("1", 1.0)
-
-
 def _deviation(axes: Axes, sensor: SensorAllan) -> None:
-    unit, factor = _unit(sensor)
+    unit, factor = sheet.curve_unit(sensor.name)
     for k, axis in enumerate(sensor.axes):
         color, fit = COLORS[k], sensor.fits[k]
         axes.plot(sensor.taus, factor * sensor.deviation[:, k], ".-", color=color, markersize=4, linewidth=1.0, label=axis)
@@ -86,16 +77,14 @@ def _marks(axes: Axes, sensor: SensorAllan, k: int, factor: float, color: str) -
 
 
 def _density(axes: Axes, sensor: SensorAllan) -> None:
-    unit, factor = _unit(sensor)
+    unit, factor = sheet.curve_unit(sensor.name)
     frequency = sensor.frequency
     for k in range(len(sensor.axes)):
         fit, color = sensor.fits[k], COLORS[k]
         axes.plot(frequency, factor * np.sqrt(sensor.density[:, k]), color=color, linewidth=0.9)
         if fit is None:
             continue
-        squares = {n: e.value**2 for n, e in fit.coefficients.items()}
-        correlation_s = fit.correlation.value if fit.correlation else np.nan
-        fitted = fitted_density(squares, correlation_s, frequency, 1 / sensor.rate_hz)
+        fitted = fit.density(frequency, 1 / sensor.rate_hz)
         axes.plot(frequency, factor * np.sqrt(fitted), "--", color=color, linewidth=1.0)
     axes.set(xscale="log", yscale="log", xlabel="frequency (Hz)", ylabel=f"root of the one-sided density ({unit}/√Hz)")
     _dress(axes)

@@ -12,7 +12,7 @@ from bematist.calibrate.words import error_text, rows, verdict
 from bematist.errors import DataError
 from bematist.report import summary
 from bematist.report.calibration_spheres import Sphere, spheres
-from bematist.report.page import header, write_page
+from bematist.report.page import header, plot_section, write_page
 from bematist.report.traces import Trace, encode, text
 
 
@@ -33,12 +33,12 @@ def write_calibration_page(found: Calibration, path: str | Path) -> None:
             header(name, f"Calibration · {', '.join(found.sensors)} · {len(found.evidence.rests)} rests"),
             f'<section class="cards">{"".join(_card(found, s) for s in found.sensors)}</section>',
             summary.warning_list(found.warnings),
-            f'<main class="figures"><div class="timeline">{"".join(map(_section, plots))}</div></main>',
+            f'<main class="figures"><div class="timeline">{"".join(map(plot_section, plots))}</div></main>',
             _numbers(found),
         ]
     )
-    data = {"range": [0.0, 1.0], "plan": [], "panels": [], "calibration": plots}
-    write_page(Path(path), f"{name}: calibration", body, data, "calibration.js")
+    data = {"range": [0.0, 1.0], "plan": [], "panels": [], "plots": plots}
+    write_page(Path(path), f"{name}: calibration", body, data, "plots.js")
 
 
 def _card(found: Calibration, sensor: str) -> str:
@@ -49,13 +49,6 @@ def _card(found: Calibration, sensor: str) -> str:
 def _numbers(found: Calibration) -> str:
     cells = [[summary.escape(c) for c in row] for s in found.sensors.values() for row in rows(s)]
     return f"<section><h2>Parameters</h2>{summary.table(['Sensor', '', 'x', 'y', 'z', 'Unit'], cells)}</section>"
-
-
-def _section(plot: dict[str, Any]) -> str:
-    return (
-        f'<section class="panel"><h2>{summary.escape(plot["title"])}</h2><p class="note">{summary.escape(plot["note"])}</p>'
-        f'<div class="plot {plot["kind"]}" id="plot-{plot["key"]}"></div></section>'
-    )
 
 
 def _ball(s: Sphere) -> dict[str, Any]:

@@ -145,6 +145,14 @@ def panel_section(panel: Panel) -> str:
     )
 
 
+def plot_section(plot: Mapping[str, Any]) -> str:
+    """A panel of a page that `plots.js` draws: key, kind, title and note."""
+    return (
+        f'<section class="panel"><h2>{escape(plot["title"])}</h2><p class="note">{escape(plot["note"])}</p>'
+        f'<div class="plot {plot["kind"]}" id="plot-{plot["key"]}"></div></section>'
+    )
+
+
 def write_page(path: Path, title: str, body: str, data: Mapping[str, Any], script: str = "") -> None:
     """Write a page; `body` is HTML, `title` text, `script` a further script of `assets`.
 

@@ -82,7 +82,7 @@ class Run:
 
     def write(self) -> Path:
         """Write tables, figures and report.md of the parts that are complete; returns the path of the report."""
-        found = {p.name: self._results(p) for p in self.study.parts}
+        found = {p.name: self.results(p) for p in self.study.parts}
         complete = {name: results for name, results in found.items() if results is not None}
         page = Page(self.folder)
         page.opening(self.study, self.seeds, self.study.claims(complete))
@@ -95,7 +95,8 @@ class Run:
                 page.text(f"Not computed yet: `bematist reproduce {self.study.name} --only {part.name}`.")
         return page.write()
 
-    def _results(self, part: Part) -> Results | None:
+    def results(self, part: Part) -> Results | None:
+        """All cases of a part; None while one is missing."""
         cases = [self._store.get(case) for case in self._cases[part.name]]
         there = [case for case in cases if case is not None]
         return Results(there) if len(there) == len(cases) else None

@@ -102,10 +102,12 @@ class Sensor(Parameters):
     gyro_bias_instability: float = Field(default=0.0, description="rad/s.", ge=0)
     flicker_from_s: float = Field(
         default=3.0,
-        description="Shortest correlation time of flicker noise, s. 0: down to single samples, as an Allan deviation takes it to be; a "
-        "walk does not feel the difference, and takes longer to make.",
+        description="Shortest averaging time at which flicker noise is there, s. 3 or more: a sum of four processes, from 3 s to an hour. "
+        "Less: exact, drawn this often, or at every sample with 0, as an Allan deviation takes it to be; a walk does not feel it.",
         ge=0,
     )
+    accel_correlated_sd: float = Field(default=0.0, description="Standard deviation of first-order Gauss-Markov noise, m/s².", ge=0)
+    accel_correlation_s: float = Field(default=100.0, description="Its correlation time, s.", gt=0)
     accel_rate_random_walk: float = Field(default=0.0, description="Random walk of the accelerometer's bias, m/s²/√s.", ge=0)
     gyro_rate_random_walk: float = Field(default=0.0, description="Random walk of the gyroscope's bias, rad/s/√s.", ge=0)
     accel_bias: Point = Field(default=_ZERO, description="Constant bias, m/s².")

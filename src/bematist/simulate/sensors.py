@@ -6,15 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from bematist.earth import STANDARD_GRAVITY
 from bematist.simulate.motion import Movement
 from bematist.simulate.parameters import Matrix, Sensor
+from bematist.simulate.slow import TIMES_S, exact_flicker, flicker, gauss_markov
 
 Array = NDArray[np.float64]
 
-_FLICKER_S = (3.0, 30.0, 300.0, 3000.0)
 _BLOCK = 65536
 
 
@@ -79,8 +78,8 @@ def drawn_errors(sensor: Sensor, time: Array, rng: np.random.Generator) -> Error
     }
     accel, gyro = s.accel_bias + s.accel_bias_sd * rng.standard_normal(3), s.gyro_bias + s.gyro_bias_sd * rng.standard_normal(3)
     return Errors(
-        accel_bias=_wandering(accel, s.accel_bias_instability, s.accel_rate_random_walk, time, s.flicker_from_s, rng),
-        gyro_bias=_wandering(gyro, s.gyro_bias_instability, s.gyro_rate_random_walk, time, s.flicker_from_s, rng),
+        accel_bias=_wandering(s, accel, s.accel_bias_instability, s.accel_rate_random_walk, s.accel_correlated_sd, time, rng),
+        gyro_bias=_wandering(s, gyro, s.gyro_bias_instability, s.gyro_rate_random_walk, 0.0, time, rng),
         **constant,
     )
 
@@ -90,56 +89,32 @@ def _matrix(errors: Matrix, scale_sd: float, misalignment_sd: float, rng: np.ran
     return np.eye(3) + np.array(errors) + sd * rng.standard_normal((3, 3))
 
 
-def _wandering(bias: Array, instability: float, walk: float, time: Array, flicker_from_s: float, rng: np.random.Generator) -> Array:
+def _wandering(
+    s: Sensor, bias: Array, instability: float, walk: float, correlated_sd: float, time: Array, rng: np.random.Generator
+) -> Array:
     # The bias at the times (N,3): slow flicker and random walk drawn once a second, between seconds a straight line.
     seconds = np.arange(np.ceil(time[-1]) + 2)
-    values = bias + flicker(instability, len(seconds), rng)
+    slow = flicker(instability, len(seconds), rng)
+    fast = instability > 0 and s.flicker_from_s < TIMES_S[0] and len(time) > 1
+    values = bias + (0.0 * slow if fast else slow)
     values[1:] += walk * rng.standard_normal((len(seconds) - 1, 3)).cumsum(0)
-    if not instability and not walk:
+    if not (instability or walk or correlated_sd):
         return np.broadcast_to(bias, (len(time), 3))
-    slow = np.column_stack([np.interp(time, seconds, axis) for axis in values.T])
-    if not instability or flicker_from_s >= _FLICKER_S[0] or len(time) < 2:
-        return slow
-    # A generator of its own: what else is drawn stays the same with fast flicker and without.
-    return slow + fast_flicker(instability, len(time), float(time[1] - time[0]), flicker_from_s, rng.spawn(1)[0])
-
-
-def fast_flicker(instability: float, n: int, step_s: float, from_s: float, rng: np.random.Generator) -> Array:
-    """What `flicker` leaves out below averaging times of 3 s (n,3), drawn at every sample: with it the Allan deviation is flat to one.
-
-    Gauss–Markov processes of 0.3 s, 0.03 s … of correlation time, as in `flicker`, none below `from_s`. The fastest, of about a sample,
-    has as much of the variance as makes the Allan deviation at one sample 0.664 `instability`; at more samples it is that within a tenth.
-    """
-    times = [t for t in _FLICKER_S[0] * 10.0 ** -np.arange(1, 12) if t > max(from_s, 0.2 * step_s)]
-    keeps = np.exp(-step_s / np.array([*_FLICKER_S, *times]))
-    weights = np.ones(len(keeps))
-    flat = 2 * np.log(2) / np.log(10)  # (2 ln 2/π) B² in shares of the variance of one process
-    if times and times[-1] < 2 * step_s:
-        weights[-1] = (flat - (1 - keeps[:-1]).sum()) / (1 - keeps[-1])
-    total = np.zeros((n, 3))
-    for keep, weight in zip(keeps[len(_FLICKER_S) :], weights[len(_FLICKER_S) :], strict=True):
-        sd = instability * np.sqrt(weight * np.log(10) / np.pi)
+    out = _interpolated(time, seconds, values)
+    # What follows has generators of its own: all else that is drawn stays the same with it and without.
+    if fast:
+        step, own = max(float(time[1] - time[0]), s.flicker_from_s), rng.spawn(1)[0]
+        at = np.arange(np.ceil(time[-1] / step) + 2) * step
+        out += instability * _interpolated(time, at, exact_flicker(len(at), own))
+    if correlated_sd and len(time) > 1:
+        own = rng.spawn(1)[0]
         for axis in range(3):
-            drive = rng.standard_normal(n)
-            drive *= sd * np.sqrt(1 - keep**2)
-            total[:, axis] += lfilter([1.0], [1.0, -keep], drive, zi=[keep * sd * rng.standard_normal()])[0]
-    return total
+            out[:, axis] += correlated_sd * gauss_markov(len(time), float(time[1] - time[0]), s.accel_correlation_s, own)
+    return out
 
 
-def flicker(instability: float, seconds: int, rng: np.random.Generator) -> Array:
-    """Flicker noise (seconds,3), once a second, whose Allan deviation is nearly flat at 0.664 `instability` from 3 s to an hour.
-
-    A sum of first-order Gauss–Markov processes a decade apart in correlation time, each with the variance B² ln(10)/π,
-    which together have the (one-sided) spectrum B²/(πf).
-    """
-    keep = np.exp(-1 / np.array(_FLICKER_S))[:, None]
-    sd = instability * np.sqrt(np.log(10) / np.pi)
-    drive = rng.standard_normal((seconds, len(_FLICKER_S), 3)) * sd * np.sqrt(1 - keep**2)
-    state, values = rng.standard_normal((len(_FLICKER_S), 3)) * sd, np.empty((seconds, 3))
-    for k, step in enumerate(drive):
-        values[k] = state.sum(0)
-        state = keep * state + step
-    return values
+def _interpolated(time: Array, at: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(time, at, axis) for axis in values.T])
 
 
 def measure(f: Array, w: Array, errors: Errors, sensor: Sensor, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-// The page of a calibration: spheres to turn, and flat plots whose horizontal axis is not time.
+// Pages whose plots have no time in common: spheres to turn, flat plots, and plots of logarithms.
 (async () => {
   await bematist.ready;
   const { data, themed, decode } = bematist;
@@ -13,13 +13,14 @@
   }
 
   function flat(plot) {
+    const side = (title, range) => bematist.axis(title, plot.kind === "log" ? { type: "log", exponentformat: "power", dtick: range[1] - range[0] > 1.7 ? 1 : "D2", minor: { showgrid: true, gridcolor: bematist.color("@grid/0.5") }, zeroline: false, range: [...range] } : {});
     return bematist.layout({
-      hovermode: "closest", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" }, xaxis: bematist.axis(plot.x, {}), yaxis: bematist.axis(plot.y, {}),
+      hovermode: "closest", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" }, xaxis: side(plot.x, plot.range_x || []), yaxis: side(plot.y, plot.range_y || []),
     });
   }
 
   async function draw() {
-    for (const plot of data.calibration) {
+    for (const plot of data.plots) {
       const div = document.getElementById("plot-" + plot.key);
       await Plotly.react(div, plot.traces.map(read), plot.kind === "ball" ? ball() : flat(plot), bematist.config({ scrollZoom: false }));
     }
