@@ -13,7 +13,6 @@ import twin
 from bematist import frames
 from bematist.foot import FootIns, FootParameters
 from bematist.foot.setup import initial_covariance
-from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.kernels import rotation, text
 from bematist.methods import METHODS
@@ -270,11 +269,6 @@ def test_covariance_stays_symmetric_and_positive():
     P = ins.save()["state"][2][:240].reshape(15, 16)[:, :15]
     np.testing.assert_array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > 0
-
-
-def test_the_cache_of_a_kernel_knows_the_files_that_are_inlined_into_it():
-    stamp = filter_kernel.run._cache._cache_file._source_stamp
-    assert {"error_state.py", "stance.py", "layout.py", "foot.py", "strapdown.py"} <= {name for name, *_ in stamp}
 
 
 def test_running_sums_do_not_drift():

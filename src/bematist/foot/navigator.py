@@ -35,19 +35,19 @@ class FootIns(Estimator[FootParameters, Trajectory]):
     def __init__(self, parameters: FootParameters | None = None, *, method: str = "") -> None:
         parameters = parameters or FootParameters()
         super().__init__(parameters, parameters.initial.longest_s, method)
-        self._scratch = np.empty(0)
+        self._sample = np.empty((self.width, 1))
         self._row, self._row_diagnostics = self._results(1)
 
     def step(self, row: Array) -> Array | None:
-        """`update` for one row (1,10), C-contiguous float64: one result row (29,) valid until the next call, or None.
+        """`update` for one row (1,10): one result row (29,) valid until the next call, or None.
 
         The result holds time, position (3), velocity (3), attitude (4) and the packed covariances of `Trajectory`. For speed nothing is
         checked: the time must increase. UsageError before the start is aligned: until `ready`, give the samples to `update`.
         """
-        index, memory, S, prm = self._begun()
+        self._begun()
         self._intake.last_time = row[0, 0]
-        columns = row.T if row.flags.c_contiguous else np.ascontiguousarray(row.T)
-        n = filter_kernel.run(index, memory, S, prm, columns, stance.NO_FLAGS, False, self._scratch, self._row, self._row_diagnostics)
+        self._sample[:] = row.T
+        n = self._one()
         if n < 0:
             n = self._feed(row, False, self._row, self._row_diagnostics)
         return self._row[0] if n else None
@@ -71,8 +71,9 @@ class FootIns(Estimator[FootParameters, Trajectory]):
         self._restored()
 
     def _restored(self) -> None:
-        assert self._state is not None
-        self._scratch = stance.scratch(self._state[0], 1)
+        index, memory, S, prm = self._begun()
+        room = stance.scratch(index, 1), self._row, self._row_diagnostics
+        self._one = filter_kernel.run.bind(index, memory, S, prm, self._sample, stance.NO_FLAGS, False, *room)
 
     def _feed(self, rows: Array, finish: bool, *results: NDArray[Any]) -> int:
         assert self._state is not None

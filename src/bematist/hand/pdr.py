@@ -44,6 +44,7 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
         super().__init__(parameters, parameters.initial.longest_s, method)
         self._steps: list[Array] = []
         self._room = np.empty((0, kernel.STEP_ROW))
+        self._sample = np.empty((self.width, 1))
         self._one = self._results(1)
 
     def step(self, row: Array) -> Array:
@@ -54,8 +55,12 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
         """
         self._begun()
         self._intake.last_time = row[0, 0]
-        self._feed(row, False, *self._one)
-        self._steps.clear()
+        self._sample[:] = row.T
+        if self._turn() < 0:
+            self._feed(row, False, *self._one)
+            self._steps.clear()
+        else:
+            self._walk()
         return self._one[2][0]
 
     def _results(self, n: int) -> tuple[NDArray[Any], ...]:
@@ -74,6 +79,15 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
         self.warnings.extend([*a.warnings, *warnings])
         own = kernel_parameters(p, p.gap.seconds(rate_hz))
         self._state = (*state, steps.workspace(), steps.kernel_parameters(p.steps, gravity=p.gravity), workspace(p), own)
+        self._restored()
+
+    def _restored(self) -> None:
+        index, memory, S, prm, *path = self._begun()
+        attitude, attitude_diagnostics, nav, diagnostics = self._one
+        sample = self._sample, stance.NO_FLAGS
+        self._turn = attitude_kernel.run.bind(index, memory, S, prm, *sample, attitude, attitude_diagnostics)
+        events = np.empty((steps.most(self._sample[0], self.parameters.steps), kernel.STEP_ROW))
+        self._walk = path_kernel.run.bind(*path, *sample, attitude, nav, diagnostics, events)
 
     def _feed(self, rows: Array, finish: bool, *results: NDArray[Any]) -> int:
         assert self._state is not None
