@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from bematist.foot import FootParameters
-from bematist.io import write_recording, write_reference
+from bematist.io import read, write_recording, write_reference
+from bematist.methods import track
 from bematist.simulate import simulate
 from bematist.stance import DEFAULTS
 
@@ -65,6 +66,13 @@ def test_example_is_short_and_runs_on_a_recording(path, walk, tmp_path):
         assert all(name in out for name in ("foot", "zupt", "maginav"))
     elif path.stem == "own_arrays":
         assert re.search(r"238 Hz, \d+ stances, (19|20)\.\d m", out)
+
+
+@pytest.mark.parametrize("method", ["foot", "hand"])
+def test_the_page_names_every_diagnostic(method, walk):
+    found = track(read(walk / "walk.csv"), method).diagnostics
+    page = (ROOT / "docs" / "python.md").read_text("utf-8")
+    assert not [name for name in found if f"`{name}`" not in page]
 
 
 def test_an_example_runs_without_a_recording():

@@ -134,6 +134,19 @@ def test_all_panels_with_all_diagnostics() -> None:
     assert [p.key for p in panels(subjects([walk()]))] == ALL
 
 
+def test_what_a_handheld_filter_judged_has_its_panels() -> None:
+    n = 5000
+    verdict = np.where(np.arange(n) % 4 == 0, np.arange(n) // 1000 + 1, 0)
+    tried = np.where(verdict == 2, 2.5, np.nan)
+    judged = {"magnetic_verdict": verdict, "force_verdict": verdict, "force_nis": tried, "heading_innovation": 0.1 * tried}
+    found = {p.key: p for p in panels(subjects([walk(diagnostics=judged)]))}
+    assert [k for k in found if k not in ALL] == ["verdict", "field-nis", "earth-heading"]
+    assert [t["name"] for t in found["verdict"].traces] == ["magnetic field", "specific force"]
+    assert set(decode(found["verdict"].traces[0]["y"])) == {1, 2, 3, 4, 5}
+    assert np.allclose(decode(found["earth-heading"].traces[0]["y"]), np.degrees(0.25))
+    assert found["field-nis"].traces[0]["name"] == "specific force" and len(found["field-nis"].traces) == 2
+
+
 def test_no_magnetometer_no_magnetic_panels() -> None:
     keys = [p.key for p in panels(subjects([walk(magnetometer=False)]))]
     assert keys == [k for k in ALL if k not in ("field", "inclination", "maru")]
