@@ -199,14 +199,16 @@ class Filter:
         n = rotation(self.x[:4]) @ m
         dip = [-np.arctan2(v[2], np.hypot(v[0], v[1])) for v in (n, e)]
         norm = np.linalg.norm(e)
-        if abs(np.linalg.norm(m) - norm) > motion["norm_tolerance"] * norm or abs(dip[0] - dip[1]) > motion["inclination_tolerance"]:
+        off = np.array([np.linalg.norm(m) - norm, norm * (dip[0] - dip[1])])
+        if abs(off[0]) > motion["norm_tolerance"] * norm or abs(off[1]) > motion["inclination_tolerance"] * norm:
             return
         h = e[:2] / np.hypot(*e[:2])
         nu = np.arctan2(h[0] * n[1] - h[1] * n[0], h @ n[:2])
         row = np.array([-e[2] / np.hypot(*e[:2]) * h[0], -e[2] / np.hypot(*e[:2]) * h[1], 1])
         H = np.zeros((1, 16))
         H[0, :4] = row @ (-2 * right(self.x[:4])[:, 1:].T)
-        self.update(np.array([nu]), H, np.array([[motion["heading_density"] ** 2 / dt]]), self.p["magnetic"]["innovation_limit"])
+        density = motion["heading_density"] ** 2 + motion["heading_spread"] ** 2 * (off @ off / 2) / (e[:2] @ e[:2])
+        self.update(np.array([nu]), H, np.array([[density / dt]]), self.p["magnetic"]["innovation_limit"])
 
     def observe(self, t, f, m, dt):
         p = self.p

@@ -127,6 +127,12 @@ class MotionParameters(Parameters):
         description="Heading from every sample that looks like the Earth's field, with errors of this density, rad/√Hz; 0: not used. "
         "Larger: the heading follows the gyroscope more.",
     )
+    heading_spread: float = Field(
+        default=0.0,
+        ge=0,
+        description="Added to it for each rad by which a disturbance of the size that norm and inclination show would turn the heading, "
+        "1/√Hz: √2τ for disturbances that last τ seconds. Larger: doubtful fields count less.",
+    )
     norm_tolerance: float = Field(default=0.1, gt=0, description="Gate: largest relative difference of its norm to the Earth's.")
     inclination_tolerance: float = Field(default=math.radians(5), gt=0, description="Gate: largest difference of its inclination, rad.")
 
@@ -203,6 +209,6 @@ HAND = hand_parameters(
     reference="estimated",
     magnetic={"local": False, "gradient": False, "earth": False},
     force={"local": False, "gradient": False, "earth": False},
-    motion={"gravity_density": 0.5, "gravity_spread": 0.1, "heading_density": 0.4},
+    motion={"gravity_density": 0.8, "gravity_spread": 0.0, "heading_density": 0.05, "heading_spread": 3.0},
 ).override({"heading_sd": math.radians(3)})
 """The default: gravity also in motion, and heading from every sample that looks like the Earth's field."""

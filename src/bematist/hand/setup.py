@@ -112,6 +112,7 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     dip = p.attitude.magnetic.dip_tolerance
     prm[at.DIP_TOLERANCE] = math.inf if dip is None else dip
     prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * prm[at.EARTH_NORM]
+    prm[at.HEADING_SPREAD] = p.attitude.motion.heading_spread**2 / (2 * horizontal**2)
     if p.initial.earth_field is None or a.field is None:
         return []
     return disagreement(a.field, np.array(field), p.attitude.motion)

@@ -167,15 +167,22 @@ def level(S, prm, dt, diag, k):
 
 @inlined
 def north(S, prm, diag, k):
-    """Heading from a sample whose norm and inclination are the Earth's, whatever the samples before it were."""
+    """Heading from a sample whose norm and inclination are near the Earth's, whatever the samples before it were.
+
+    What disturbs the field within the plane of the meridian shows in norm and inclination; across it, where it turns the heading, it is
+    as large on the average: R = (HEADING_PSD + HEADING_SPREAD |disturbance in the plane|²)/dt.
+    """
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     C = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
     dt = S[ROW] - S[LAST_M_TIME]
-    if norm > 0 and dt > 0 and abs(norm - prm[at.EARTH_NORM]) <= prm[at.HEADING_NORM]:
-        inclination = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm)))
-        if abs(inclination - prm[at.EARTH_INCLINATION]) <= prm[at.HEADING_DIP]:
-            nu, _ = heading(S, prm, m0, m1, m2, prm[at.HEADING_PSD] / dt, prm[at.MAGNETIC + at.LIMIT])
+    along = norm - prm[at.EARTH_NORM]
+    if norm > 0 and dt > 0 and abs(along) <= prm[at.HEADING_NORM]:
+        down = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm))) - prm[at.EARTH_INCLINATION]
+        if abs(down) <= prm[at.HEADING_DIP]:
+            across = prm[at.EARTH_NORM] * down
+            r = (prm[at.HEADING_PSD] + prm[at.HEADING_SPREAD] * (along * along + across * across)) / dt
+            nu, _ = heading(S, prm, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT])
             diag[k, at.HEADING_NU] = nu
 
 

@@ -148,7 +148,7 @@ class ModeParameters(Parameters):
         default=1.0, gt=0.1, le=20, description="Time constant of the energies, s. Longer: steadier modes, later changes."
     )
     dwell_s: float = Field(default=0.8, ge=0, le=20, description="A mode changes when another has been found for so long, s.")
-    run_hz: float = Field(default=2.3, gt=0, description="Running: least step frequency, Hz. Lower: a fast walk counts as a run.")
+    run_hz: float = Field(default=2.4, gt=0, description="Running: least step frequency, Hz. Lower: a fast walk counts as a run.")
     run_force: float = Field(default=2.5, gt=0, description="Running: least rms acceleration, m/s². Lower: a fast walk counts as a run.")
     climb_speed: float = Field(default=0.15, gt=0, description="Stairs: least vertical speed by the pressure, m/s, either way.")
     climb_left: float = Field(default=0.1, ge=0, description="Stairs are left below this vertical speed, m/s.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bematist.reproduce.magyq import consistency, gyroscope, outdoors, rest, walks
-from bematist.reproduce.magyq.claims import claims
+from bematist.reproduce.magyq.claims import RULE, claims
 from bematist.reproduce.magyq.show import show_consistency, show_gyroscope, show_outdoors, show_rest, show_test
 from bematist.reproduce.magyq.show_walks import show_held, show_walks
 from bematist.reproduce.study import Part, Study
@@ -18,6 +18,7 @@ STUDY = Study(
         "the sensor of its Tables 1 and 2 (ADIS16488, with the units corrected), and a phone, whose sensors the title speaks of. Where "
         "the paper has one walk, here is a distribution. The simulated building has what the paper assumes, a field that is constant by "
         "regions; a real one is less kind. The equations are the corrected ones, and `magyq-estimated` and `hand` are not the paper's.",
+        RULE,
     ),
     parts=(
         Part("quaternion", "Figures 5 to 7: the gyroscope quaternion", gyroscope.cases, gyroscope.compute, show_gyroscope, 6.0),

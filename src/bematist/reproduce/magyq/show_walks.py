@@ -50,8 +50,9 @@ def show_walks(results: Results, page: Page) -> None:
         "The whole path by the methods of `track`: steps found, their lengths by eq 47 with the height of the walker and the numbers that "
         "the simulated walkers follow too (the paper calibrates them for each person), headings by the filter, the walking direction "
         "where the device points. *Headings alone* is the path of the true steps by these headings, *lengths alone* that of the found "
-        "steps in the true directions; distance and steps are errors of their sums. Of a stranger whose height is guessed 5 cm wrong, "
-        "lengths are 3 % wrong."
+        "steps in the true directions; distance and steps are errors of their sums. `hand` takes eq 47 alone too, as after a calibration; "
+        "as it comes, it asks the bounce of the body as well, which makes these walks 2.3 % too short. Of a stranger whose height is "
+        "guessed 5 cm wrong, lengths are 3 % wrong."
     )
     frame = results.frame.filter(pl.col("path_rms_m").is_not_null())
     page.spread("paths", frame, ["sensor", "method"], PATH_COLUMNS, SPREAD)
