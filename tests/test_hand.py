@@ -12,9 +12,9 @@ from bematist.hand import HandAttitude, HandParameters
 from bematist.hand.setup import detectors, kernel_parameters, workspace
 from bematist.kernels import hand_layout as at
 from bematist.recording import Recording
-from handheld import PHONE, walk
+from handheld import walk
 
-RECORDING = walk(PHONE, 3, 50.0)[0]
+RECORDING = walk("phone", 3, 50.0)
 
 
 def damaged():

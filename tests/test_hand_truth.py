@@ -1,23 +1,23 @@
 """The handheld filter where the truth is known: what the paper claims of it, and what its covariance is worth."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from bematist.frames import conjugate, rotate
 from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
-from bematist.recording import Recording
-from handheld import ADIS16488, EARTH, PHONE, G, rotation_error, walk
+from bematist.simulate import SENSORS, FieldRegion, simulate_walk
+from handheld import CALIBRATED, EARTH, WHITE, between, rotation_error, walk
 
 SENSOR = {
     "adis16488": {
-        "noise": {"angle_random_walk": ADIS16488.angle_random_walk, "gyro_bias_walk": 1e-6, "accel_bias_sd": 0.005},
+        "noise": {"angle_random_walk": SENSORS["adis16488"].angle_random_walk, "gyro_bias_walk": 1e-6, "accel_bias_sd": 0.005},
         "magnetic": {"deviation": 0.3, "outlier": 0.8, "sd": 0.1, "earth_sd": 0.1},
         "force": {"sd": 0.05},
         "motion": {"heading_density": 1.0},
     },
-    "phone": {"noise": {"angle_random_walk": PHONE.angle_random_walk, "gyro_bias_walk": PHONE.gyro_bias_walk}},
+    "phone": {
+        "noise": {"angle_random_walk": SENSORS["phone"].angle_random_walk, "gyro_bias_walk": SENSORS["phone"].gyro_rate_random_walk},
+    },
 }
 """What is known of a sensor; the detectors' thresholds scale with its noise."""
 
@@ -42,21 +42,11 @@ def rms(x):
     return float(np.sqrt(np.mean(np.square(x))))
 
 
-def still(duration_s, disturbance, seed=0, rate_hz=100.0):
-    """A sensor that lies still in a field which is not the Earth's."""
-    rng = np.random.default_rng(seed)
-    n = int(duration_s * rate_hz)
-    t = np.arange(n) / rate_hz
-    walk_rate = ADIS16488.gyro_bias_walk / np.sqrt(rate_hz)
-    bias = ADIS16488.gyro_bias * rng.standard_normal(3) + np.cumsum(walk_rate * rng.standard_normal((n, 3)), 0)
-    noise = [ADIS16488.velocity_random_walk, ADIS16488.angle_random_walk]
-    return Recording(
-        time=t,
-        specific_force=[0, 0, G] + noise[0] * np.sqrt(rate_hz) * rng.standard_normal((n, 3)),
-        angular_rate=bias + noise[1] * np.sqrt(rate_hz) * rng.standard_normal((n, 3)),
-        magnetic_time=t,
-        magnetic_flux_density=EARTH + disturbance + ADIS16488.magnetic * rng.standard_normal((n, 3)),
-    )
+def still(duration_s, disturbance, seed=0):
+    """A sensor that lies still, its axes East, North and Up, in a field which is not the Earth's."""
+    region = FieldRegion(from_m=-9.0, to_m=9.0, offset_ut=tuple(disturbance))
+    changes = {**WHITE, **CALIBRATED["adis16488"], "field_regions": (region,), "mounting_deg": (0.0, 0.0, 0.0)}
+    return simulate_walk("still", "adis16488", seed, rest_s=duration_s, final_rest_s=0.0, **changes).recording
 
 
 def yaw_drift_deg(parameters, recording):
@@ -97,8 +87,7 @@ def test_a_field_of_the_right_norm_and_the_wrong_direction():
 @pytest.mark.parametrize(("sensor", "limit"), [("adis16488", 0.5), ("phone", 5.0)])
 def test_heading_on_walks(sensor, limit):
     """Medians over seeds of walks in a field with disturbed regions."""
-    noise = {"adis16488": ADIS16488, "phone": PHONE}[sensor]
-    walks = [walk(noise, seed, 400.0)[0] for seed in range(5)]
+    walks = [walk(sensor, seed, 400.0) for seed in range(5)]
     found = {
         name: np.median([rms(errors_deg(tuned(p, sensor), w)[:, 2]) for w in walks])
         for name, p in {"hand": HAND, "quest": QUEST, "estimated": MAGYQ_ESTIMATED}.items()
@@ -112,7 +101,7 @@ def nees(parameters, runs=24):
     """Normalised squares (runs,) of the errors of attitude at the end of walks of one minute."""
     out = []
     for seed in range(100, 100 + runs):
-        recording, _ = walk(PHONE, seed, 60.0)
+        recording = walk("phone", seed, 60.0)
         a = HandAttitude(parameters).run(recording)
         psi = rotation_error(a.attitude, recording.reference.attitude)[-1]
         out.append(psi @ np.linalg.solve(a.covariance[-1] + 1e-9 * np.eye(3), psi))
@@ -133,7 +122,7 @@ def test_the_covariance_is_honest_with_an_estimated_reference_and_is_not_with_a_
 def test_maru_and_agu_add_nothing():
     """Erratum of MAGYQ eqs 42 and 46: with noise taken for white they are far too pessimistic to matter beside the field itself."""
     off = {"attitude": {"magnetic": {"gradient": False}, "force": {"gradient": False}}}
-    recording, _ = walk(PHONE, 7, 120.0)
+    recording = walk("phone", 7, 120.0)
     one, other = (errors_deg(tuned(MAGYQ, "phone", DIP, change), recording) for change in ({}, off))
     assert 0 < rms(one - other) < 0.02 * rms(one)
 
@@ -141,14 +130,14 @@ def test_maru_and_agu_add_nothing():
 def test_the_rotation_of_the_earth():
     """Taken out, the offset need not follow the turning hand."""
     rate = np.array([0.0, 5e-3, 3e-3])  # a hundred times the Earth's, so that a minute shows it
-    recording, _ = walk(replace(ADIS16488, gyro_bias=0.0), 2, 60.0)
+    recording = walk("adis16488", 2, 60.0, gyro_bias_sd=0.0)
     spun = recording.replace(angular_rate=recording.angular_rate + rotate(conjugate(recording.reference.attitude), rate))
     plain = errors_deg(tuned(GYINT, "adis16488", {"initial": {"gyro_bias_sd": 0.0}}), spun)
     taken = errors_deg(
         tuned(
             GYINT,
             "adis16488",
-            {"initial": {"gyro_bias_sd": 0.0, "heading_deg": 90 - np.degrees(0.3)}, "attitude": {"earth_rate": tuple(rate)}},
+            {"initial": {"gyro_bias_sd": 0.0, "heading_deg": 90.0}, "attitude": {"earth_rate": tuple(rate)}},
         ),
         spun,
     )
@@ -158,7 +147,7 @@ def test_the_rotation_of_the_earth():
 
 def test_a_start_in_motion():
     """Without any rest: the specific force of some seconds, turned together, is up; the field's mean is North."""
-    recording, _ = walk(PHONE, 1, 60.0, rest_s=-5.0, disturbed=False)
+    recording = between(walk("phone", 1, 65.0, rest_s=0.0, disturbed=False), 5.0, 65.0)
     a = HandAttitude(HAND).run(recording)
     assert a.north == "magnetic" and "in motion" in a.warnings[0]
     error = np.degrees(rotation_error(a.attitude, recording.reference.attitude))

@@ -231,7 +231,8 @@ def test_stairs_and_a_slope_have_their_height():
     assert t.position[-1, 2] == pytest.approx(0.1 * (t.time[-1] - 6), abs=0.4)
     flat = bm.track(slope.replace(pressure_time=[], pressure=[]), "hand")
     assert not flat.position[:, 2].any() and flat.position_sd[-1, 2] > 0.3
-    np.testing.assert_array_equal(bm.track(slope, "hand", altitude={"barometer": False}).position, flat.position)
+    without = bm.track(slope, "hand", altitude={"barometer": False})  # the pressure still tells stairs from level ground
+    assert not without.position[:, 2].any()
 
 
 # -- choices -------------------------------------------------------------------------------------------------------------

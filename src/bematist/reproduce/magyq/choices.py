@@ -26,22 +26,27 @@ SENSORS: dict[str, Changes] = {
 
 TOLD: dict[str, Changes] = {
     "adis16488": {
-        "noise": {
-            "angle_random_walk": PRESETS["adis16488"].angle_random_walk,
-            "gyro_bias_walk": 1e-6,
-            "accel_bias_sd": 0.005,
+        "attitude": {
+            "noise": {
+                "angle_random_walk": PRESETS["adis16488"].angle_random_walk,
+                "gyro_bias_walk": 1e-6,
+                "accel_bias_sd": 0.005,
+            },
+            "magnetic": {"deviation": 0.3, "outlier": 0.8, "sd": 0.1, "earth_sd": 0.1},
+            "force": {"sd": 0.05},
         },
-        "magnetic": {"deviation": 0.3, "outlier": 0.8, "sd": 0.1, "earth_sd": 0.1},
-        "force": {"sd": 0.05},
+        "initial": {"accel_bias_sd": SENSORS["adis16488"]["accel_bias_sd"]},
     },
     "phone": {
-        "noise": {
-            "angle_random_walk": PRESETS["phone"].angle_random_walk,
-            "gyro_bias_walk": PRESETS["phone"].gyro_rate_random_walk,
+        "attitude": {
+            "noise": {
+                "angle_random_walk": PRESETS["phone"].angle_random_walk,
+                "gyro_bias_walk": PRESETS["phone"].gyro_rate_random_walk,
+            }
         }
     },
 }
-"""What the filters are told of a sensor, in the group `attitude`; thresholds of the detectors scale with its noise."""
+"""What the filters are told of a sensor: its noise, thresholds of the detectors that scale with it, and what calibration left."""
 
 STEADY: Changes = {"initial": {"sway": math.radians(0.05)}}
 """The sensor lies on a table in the rest at the start."""
@@ -70,4 +75,4 @@ ABLATIONS: Runs = {
 
 def told(sensor: str, runs: Mapping[str, tuple[str, Changes]], *more: Changes) -> Runs:
     """The runs with what is known of a sensor, and what a run changes itself over it."""
-    return {name: (f, config.merge({"attitude": TOLD[sensor]}, *more, changes)) for name, (f, changes) in runs.items()}
+    return {name: (f, config.merge(TOLD[sensor], *more, changes)) for name, (f, changes) in runs.items()}
