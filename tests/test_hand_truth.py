@@ -5,30 +5,16 @@ import pytest
 
 from bematist.frames import conjugate, rotate
 from bematist.hand import GYINT, HAND, MAGYQ, MAGYQ_ESTIMATED, QUEST, HandAttitude
-from bematist.simulate import SENSORS, FieldRegion, simulate_walk
+from bematist.reproduce.magyq import walks
+from bematist.reproduce.magyq.choices import FILTERS, STEADY, TOLD
+from bematist.simulate import FieldRegion, simulate_walk
 from handheld import CALIBRATED, EARTH, WHITE, between, rotation_error, walk
-
-SENSOR = {
-    "adis16488": {
-        "noise": {"angle_random_walk": SENSORS["adis16488"].angle_random_walk, "gyro_bias_walk": 1e-6, "accel_bias_sd": 0.005},
-        "magnetic": {"deviation": 0.3, "outlier": 0.8, "sd": 0.1, "earth_sd": 0.1},
-        "force": {"sd": 0.05},
-        "motion": {"heading_density": 1.0},
-    },
-    "phone": {
-        "noise": {"angle_random_walk": SENSORS["phone"].angle_random_walk, "gyro_bias_walk": SENSORS["phone"].gyro_rate_random_walk},
-    },
-}
-"""What is known of a sensor; the detectors' thresholds scale with its noise."""
-
-STEADY = {"initial": {"sway": np.radians(0.05)}}
-"""The simulated hand does not move at the start."""
 
 DIP = {"attitude": {"magnetic": {"dip_tolerance": np.radians(2.5)}}}
 
 
 def tuned(parameters, sensor, *changes):
-    for change in ({"attitude": SENSOR[sensor]}, STEADY, *changes):
+    for change in (TOLD[sensor], STEADY, *changes):
         parameters = parameters.override(change)
     return parameters
 
@@ -77,8 +63,9 @@ def test_a_field_of_the_right_norm_and_the_wrong_direction():
     r = still(300.0, turned - EARTH)
     given = {"initial": {"earth_field": tuple(EARTH), "heading_deg": 90.0}, "heading_sd": np.radians(10)}
     given |= {"attitude": {"magnetic": {"innovation_limit": 1e9}}}  # the other thing that would help
-    by_norm = np.abs(yaw_drift_deg(tuned(MAGYQ, "adis16488", given), r)).max()
-    by_dip = np.abs(yaw_drift_deg(tuned(MAGYQ.override(DIP), "adis16488", given), r)).max()
+    # The first sample of the period sets a heading that is 10° unsure by its own noise, 0.04 of 17 µT or 0.13°, before others average it.
+    settled = round(5 * r.rate_hz)
+    by_norm, by_dip = (np.abs(yaw_drift_deg(tuned(p, "adis16488", given), r))[settled:].max() for p in (MAGYQ, MAGYQ.override(DIP)))
     assert by_norm > 10
     assert by_dip < 0.1
     assert np.abs(yaw_drift_deg(tuned(QUEST, "adis16488", given), r)).max() > 10
@@ -86,15 +73,25 @@ def test_a_field_of_the_right_norm_and_the_wrong_direction():
 
 @pytest.mark.parametrize(("sensor", "limit"), [("adis16488", 0.5), ("phone", 5.0)])
 def test_heading_on_walks(sensor, limit):
-    """Medians over seeds of walks in a field with disturbed regions."""
-    walks = [walk(sensor, seed, 400.0) for seed in range(5)]
+    """Medians over seeds of walks that are inside from the tenth metre on."""
+    indoors = [walk(sensor, seed, 400.0) for seed in range(5)]
     found = {
-        name: np.median([rms(errors_deg(tuned(p, sensor), w)[:, 2]) for w in walks])
+        name: np.median([rms(errors_deg(tuned(p, sensor), w)[:, 2]) for w in indoors])
         for name, p in {"hand": HAND, "quest": QUEST, "estimated": MAGYQ_ESTIMATED}.items()
     }
     assert found["estimated"] < limit
-    assert found["hand"] < 2 * limit  # a disturbed region that looks like the Earth's field turns it, and more so a good gyroscope's
-    assert found["estimated"] < 0.3 * found["quest"] and found["hand"] < 0.6 * found["quest"]
+    assert found["hand"] < 2 * limit  # it looks at no field but the Earth's, which is in three of ten rooms
+    assert found["estimated"] < 0.3 * found["quest"] and found["hand"] < 0.3 * found["quest"]
+
+
+@pytest.mark.parametrize(("sensor", "limit"), [("adis16488", 0.5), ("phone", 5.0)])
+def test_the_walks_of_the_paper(sensor, limit):
+    """1.5 km outdoors and in (Figures 11 to 13), one of each walker."""
+    cases = [walks.case(sensor, walker, 0, {"hand": FILTERS["hand"]}) for walker in walks.WALKERS]
+    found = [walks.compute(case).rows[0] for case in cases]
+    assert np.median([row["heading_rms_deg"] for row in found]) < limit
+    assert max(abs(row["distance_percent"]) for row in found) < 0.5
+    assert max(abs(row["steps_percent"]) for row in found) < 0.5
 
 
 def nees(parameters, runs=24):
@@ -133,14 +130,9 @@ def test_the_rotation_of_the_earth():
     recording = walk("adis16488", 2, 60.0, gyro_bias_sd=0.0)
     spun = recording.replace(angular_rate=recording.angular_rate + rotate(conjugate(recording.reference.attitude), rate))
     plain = errors_deg(tuned(GYINT, "adis16488", {"initial": {"gyro_bias_sd": 0.0}}), spun)
-    taken = errors_deg(
-        tuned(
-            GYINT,
-            "adis16488",
-            {"initial": {"gyro_bias_sd": 0.0, "heading_deg": 90.0}, "attitude": {"earth_rate": tuple(rate)}},
-        ),
-        spun,
-    )
+    ahead = rotate(recording.reference.attitude[0], np.array([1.0, 0, 0]))
+    given = {"gyro_bias_sd": 0.0, "heading_deg": float(np.degrees(np.arctan2(ahead[0], ahead[1])))}
+    taken = errors_deg(tuned(GYINT, "adis16488", {"initial": given, "attitude": {"earth_rate": tuple(rate)}}), spun)
     assert np.abs(plain[-1]).max() > 5
     assert rms(taken[-1]) < 0.2 * rms(plain[-1])
 

@@ -113,4 +113,4 @@ def test_every_run_is_one_the_filters_know():
     for sensor in choices.SENSORS:
         for name, (kind, more) in choices.told(sensor, choices.ABLATIONS, choices.STEADY).items():
             told = find_filter(kind).parameters.override(more)
-            assert told.attitude.noise.angle_random_walk == choices.TOLD[sensor]["noise"]["angle_random_walk"], name
+            assert told.attitude.noise.angle_random_walk == choices.TOLD[sensor]["attitude"]["noise"]["angle_random_walk"], name
