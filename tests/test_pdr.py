@@ -44,7 +44,9 @@ def test_the_path_of_the_kernel_is_the_twins():
     P = t.covariance[-1, :2, :2].copy()
     u = np.array([np.cos(t.steps.direction[-1]), np.sin(t.steps.direction[-1])])
     P -= t.steps.length[-1] ** 2 * (pdr.LAG * np.outer(u, u) if t.diagnostics["step_frequency"][-1] > 0 else np.eye(2) / 12)
-    np.testing.assert_allclose(P, twin.P[:2, :2], rtol=2e-3)  # the heading's variance is kept every 40 ms only
+    sds = np.sqrt(np.diag(P))
+    # The heading's variance is kept every 40 ms only; the mixed element, a difference of what the legs add, to that of the variances.
+    np.testing.assert_allclose(P / np.outer(sds, sds), twin.P[:2, :2] / np.outer(sds, sds), atol=2e-3)
 
 
 def heading_variance(t):
@@ -262,7 +264,10 @@ def test_a_heading_is_that_of_the_way_of_carrying():
 def test_a_taller_walker_and_an_offset():
     t = bm.track(HELD, "magyq")
     tall = bm.track(HELD, "magyq", step_length={"height": 1.95})
-    np.testing.assert_allclose(tall.steps.length - t.steps.length, 0.2 * (P.step_length.a * t.steps.frequency + P.step_length.b), rtol=1e-9)
+    level = t.steps.motion == "walking"  # the slope is now and then taken for stairs, whose treads are the same for all
+    longer = np.where(level, 0.2 * (P.step_length.a * t.steps.frequency + P.step_length.b), 0.0)
+    assert level.mean() > 0.7
+    np.testing.assert_allclose(tall.steps.length - t.steps.length, longer, rtol=1e-9)
     left = bm.track(HELD, "magyq", direction={"offset": 0.5})
     np.testing.assert_allclose(np.angle(np.exp(1j * (left.steps.direction - t.steps.direction))), 0.5, atol=1e-9)
 
