@@ -347,3 +347,22 @@ def test_gaps_end_no_path():
 def test_parameters_are_those_of_the_method():
     changed = {"attitude": P.attitude.model_dump(), "heading_sd": P.heading_sd, "step_length": {"pendulum": 0.5}}
     assert HandPdrParameters().override(changed) == P
+
+
+def test_a_height_that_nothing_told_is_left_out(tmp_path):
+    from bematist.cli.track import summary_facts
+    from bematist.report import still_path
+
+    flat = bm.track(HELD.replace(pressure_time=[], pressure=[]), "hand")
+    climbing = bm.track(HELD, "hand")
+    assert climbing.has_height and not flat.has_height and not flat.placed((1.0, 2.0, 3.0)).has_height
+    told = [dict(summary_facts(t.summary(), t)) for t in (climbing, flat)]
+    assert "height change" in told[0] and " up at" in told[0]["sure to"]
+    assert "height change" not in told[1] and "barometer" in told[1]["height"] and " up at" not in told[1]["sure to"]
+    pages = []
+    for k, t in enumerate((climbing, flat)):
+        t.report(tmp_path / f"{k}.html")
+        still_path([t], tmp_path / f"{k}.png")
+        pages.append((tmp_path / f"{k}.html").read_text())
+    assert "height (m)" in pages[0] and "height (m)" not in pages[1]
+    assert "no barometer told it" not in pages[0] and "no barometer told it" in pages[1]

@@ -162,6 +162,12 @@ class Trajectory:
         return np.sqrt(self.packed_covariance[:, [0, 3, 5]])
 
     @property
+    def has_height(self) -> bool:
+        """Whether anything told the height: a path of steps without a barometer stays as high as it began."""
+        up = self.position[:, 2]
+        return self.steps is None or bool((up != up[0]).any())
+
+    @property
     def euler(self) -> Array:
         """Roll, pitch, yaw (N,3), rad."""
         from bematist.frames import euler_from_quaternion

@@ -60,7 +60,8 @@ def steps(
     if json:
         sys.stdout.write(to_json(summary(found) | {"page": str(path)}))
     elif not quiet:
-        output().print(facts([*lines(found), ("page", str(path))]))
+        stairs = [] if len(data.pressure_time) else [("stairs", "cannot be told from level ground: the recording has no barometer")]
+        output().print(facts([*lines(found), *stairs, ("page", str(path))]))
         warn(data.warnings)
 
 

@@ -105,20 +105,28 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
 
     percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
     east, north, up = summary["position_sd_m"]
+    above = f", ± {up:.2f} m up" if trajectory.has_height else ""
     start = [round(v, 2) for v in summary["start_m"]]
     rows = [
         ("distance", f"{summary['distance_m']:,.2f} m"),
         *([("start", f"{start[0]:,.2f} m east, {start[1]:,.2f} m north, {start[2]:,.2f} m up")] if any(start) else []),
         ("start to end", f"{summary['closure_m']:,.2f} m{percent}"),
-        ("height change", f"{summary['height_change_m']:+.2f} m"),
+        risen(summary, trajectory),
         ("north", ", ".join(NORTH[summary["north"]])),
-        ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north, ± {up:.2f} m up at the end (one sigma)"),
+        ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north{above} at the end (one sigma)"),
         feet(summary, trajectory),
         ("processing", seconds(summary["processing_s"])),
     ]
     if evaluation is not None:
         rows.append(("against truth", error_text(evaluation)))
     return rows
+
+
+def risen(summary: Mapping[str, Any], trajectory: Trajectory) -> tuple[str, str]:
+    """The change of height, or why there is none, for a person."""
+    if trajectory.has_height:
+        return "height change", f"{summary['height_change_m']:+.2f} m"
+    return "height", "unknown, for no barometer told it; steps on stairs count as steps on level ground"
 
 
 def feet(summary: Mapping[str, Any], trajectory: Trajectory) -> tuple[str, str]:

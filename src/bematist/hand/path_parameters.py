@@ -18,7 +18,8 @@ class StepLengthParameters(Parameters):
     """Step length s = h (a f + b) + c (MAGYQ eq 47) of a step frequency f, and its errors.
 
     The defaults are those of R. Chen, L. Pei and Y. Chen (ION GNSS 2011), s = 0.7 + 0.371 (h - 1.75) + 0.227 (f - 1.79) h / 1.75, written
-    in this form: 0.70 m at 1.79 Hz and a height of 1.75 m.
+    in this form: 0.70 m at 1.79 Hz and a height of 1.75 m. The numbers are as public programs quote that formula; the paper itself was
+    not at hand to check them.
     """
 
     height: float = Field(default=1.75, gt=0.5, lt=2.8, description="Height h of the walker, m. 5 cm more: steps 3 % longer.")

@@ -32,9 +32,11 @@ def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list
 
 
 def height(drawn: Sequence[Subject], reference: Reference | None = None) -> Panel:
-    """Height with its 95 % band, and the reference's."""
+    """Height with its 95 % band, and the reference's; none of a path whose height nothing told."""
     traces: list[Trace] = []
     for s in drawn:
+        if not s.trajectory.has_height:
+            continue
         t, up = s.trajectory.time, s.trajectory.position[:, 2]
         sd = s.trajectory.position_sd[:, 2]
         if s.alone and np.isfinite(sd).any():

@@ -64,7 +64,8 @@ def still_path(
     laid = overlay(trajectories, thin, judged)
     local = laid.reference(reference)
     figure = Figure(figsize=(8, 7.5), layout="constrained")
-    plan, height = figure.subplots(2, 1, height_ratios=[3.2, 1])
+    axes = list(figure.subplots(2, 1, height_ratios=[3.2, 1])) if any(s.trajectory.has_height for s in drawn) else [figure.subplots()]
+    plan, height = axes[0], axes[1] if axes[1:] else None
     shown = [] if local is None else [local.position]
     for number, s in enumerate(drawn):
         p, _ = laid.path(number, s.trajectory.position, s.trajectory.covariance[:1])
@@ -88,7 +89,7 @@ def picture_path(path: str | Path) -> Path:
     return path
 
 
-def _draw(plan: Axes, height: Axes, s: Subject, p: NDArray[np.float64]) -> None:
+def _draw(plan: Axes, height: Axes | None, s: Subject, p: NDArray[np.float64]) -> None:
     t = s.trajectory
     color = COLORS[int(s.color[1:])]
     k = path_indices(p[:, :2], s.budget.plan)
@@ -99,8 +100,9 @@ def _draw(plan: Axes, height: Axes, s: Subject, p: NDArray[np.float64]) -> None:
     if len(k):
         plan.plot(*p[k[0], :2], "o", color=color, markersize=7, markeredgecolor="white")
         plan.plot(*p[k[-1], :2], "s", color=color, markersize=7, markeredgecolor="white")
-    k = extreme_indices(p[:, 2], 4000)
-    height.plot(t.time[k], p[k, 2], color=color, linewidth=0.9)
+    if height is not None and t.has_height:
+        k = extreme_indices(p[:, 2], 4000)
+        height.plot(t.time[k], p[k, 2], color=color, linewidth=0.9)
 
 
 def _draw_errors(plan: Axes, s: Subject, reference: Reference, rows: NDArray[np.integer], there: NDArray[np.float64]) -> None:
@@ -128,7 +130,7 @@ def _draw_ground(plan: Axes, floor_plan: FloorPlan, view: list[list[float]] | No
         plan.margins(0)
 
 
-def _draw_reference(plan: Axes, height: Axes, reference: Reference | None) -> None:
+def _draw_reference(plan: Axes, height: Axes | None, reference: Reference | None) -> None:
     if reference is None:
         return
     p = reference.position
@@ -138,16 +140,17 @@ def _draw_reference(plan: Axes, height: Axes, reference: Reference | None) -> No
     if points and len(p) <= LABELLED:
         for row in np.flatnonzero(np.isfinite(p[:, :2]).all(1)):
             plan.annotate(str(row + 1), (p[row, 0], p[row, 1]), textcoords="offset points", xytext=(4, 4), fontsize=8)
-    if np.isfinite(reference.time).any() and np.isfinite(p[:, 2]).any():
+    if height is not None and np.isfinite(reference.time).any() and np.isfinite(p[:, 2]).any():
         height.plot(reference.time, p[:, 2], **style)
 
 
-def _dress(plan: Axes, height: Axes, *, many: bool) -> None:
+def _dress(plan: Axes, height: Axes | None, *, many: bool) -> None:
     plan.set(xlabel="east (m)", ylabel="north (m)")
     plan.set_aspect("equal", adjustable="datalim")
-    height.set(xlabel="time (s)", ylabel="height (m)")
     dress(plan)
-    dress(height)
+    if height is not None:
+        height.set(xlabel="time (s)", ylabel="height (m)")
+        dress(height)
     if many:
         plan.legend(frameon=False, fontsize=9)
 

@@ -48,7 +48,7 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ),
         ("Duration", clock(s["duration_s"]), f"{number(s['samples'], '', 0)} samples at {rate(trajectory)}"),
         ("Closure", number(s["closure_m"], "m"), _percent(s["closure_percent"], "of the distance, end to start")),
-        ("Height change", signed(s["height_change_m"], "m"), "end against start"),
+        _risen(trajectory, s["height_change_m"]),
         ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
         _feet(trajectory),
         ("North", *NORTH[trajectory.north]),
@@ -61,6 +61,13 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         note = f"rms in plan, {number(evaluation.rows, '', 0)} {_matched(evaluation)}, alignment {evaluation.alignment}"
         found.insert(3, ("Error to reference", number(error["ate_rmse_2d_m"], "m"), note))
     return '<div class="cards">' + "".join(card(*row) for row in found) + "</div>"
+
+
+def _risen(trajectory: Trajectory, change_m: float) -> tuple[str, str, str]:
+    """The change of height, or why there is none."""
+    if trajectory.has_height:
+        return "Height change", signed(change_m, "m"), "end against start"
+    return "Height", "unknown", "no barometer told it; steps on stairs count as steps on level ground"
 
 
 def _feet(trajectory: Trajectory) -> tuple[str, str, str]:
