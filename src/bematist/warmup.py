@@ -2,10 +2,15 @@
 
 import compileall
 import tempfile
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
+from numpy.typing import NDArray
 
 import bematist
 from bematist import clockfit, steps
@@ -13,10 +18,13 @@ from bematist.ahrs import attitude
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
 from bematist.calibrate.turning import turned
 from bematist.foot import FootIns
-from bematist.hand import HandPdr
+from bematist.hand import HandAttitude, HandPdr
 from bematist.io.trajectory_files import write_csv
+from bematist.kernels import hand as attitude_kernel
 from bematist.recording import Recording
 from bematist.stance import analyse
+
+Array = NDArray[Any]
 
 
 def still() -> Recording:
@@ -38,9 +46,28 @@ def foot() -> None:
 
 
 def attitudes() -> None:
-    """The attitude filters, the path of a hand, which begins with one, and the steps alone."""
+    """The attitude filters."""
     attitude(still())
-    HandPdr().run(still())
+    HandAttitude().run(still())
+
+
+class Level:
+    """In place of the kernel that a hand's path begins with: the attitude of a device that lies level."""
+
+    def __call__(self, *arguments: Array) -> int:
+        *_, columns, _, nav, diagnostics = arguments
+        nav[:], diagnostics[:] = 0, 0
+        nav[:, :2] = np.column_stack([columns[0], np.ones(columns.shape[1])])
+        return len(nav)
+
+    def bind(self, *arguments: Array) -> Callable[[], int]:
+        return partial(self, *arguments)
+
+
+def paths() -> None:
+    """The path of a hand after its attitude, which takes as long to compile on the other processor, and the steps alone."""
+    with patch.object(attitude_kernel, "run", Level()):
+        HandPdr().run(still())
     steps.analyse(still())
 
 
@@ -58,7 +85,7 @@ def warm_up() -> None:
     """Run every compiled kernel, on all processors; modules are compiled too, also where the interpreter is told to leave no bytecode."""
     compileall.compile_dir(bematist.__path__[0], quiet=2)
     with ProcessPoolExecutor() as pool:
-        for done in [pool.submit(job) for job in (foot, attitudes, noise, calibration)]:
+        for done in [pool.submit(job) for job in (attitudes, paths, foot, noise, calibration)]:
             done.result()
 
 
