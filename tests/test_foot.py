@@ -50,7 +50,7 @@ VARIANTS = {name: m.parameters for name, m in METHODS.items() if m.worn == "shoe
         }
     ),
     "constraints as printed": FootParameters().override({"zaru": {"use": "stance"}, "hdr": {"use": "sample"}, "maru": {"use": True}}),
-    **{d: FootParameters().override({"stance": {"detector": d}}) for d in ("ared", "amvd", "amag", "gyro")},
+    **{f"detector {d}": FootParameters().override({"stance": {"detector": d}}) for d in ("ared", "amvd", "amag", "gyro")},
     "causal": FootParameters().override({"stance": {"placement": "causal"}, "attitude": {"integration": "first-order"}}),
     "forward, relative": FootParameters().override({"stance": {"placement": "forward", "rule": "relative"}}),
     "mahony, gated, integral": FootParameters().override(
@@ -71,6 +71,17 @@ def test_chunks_of_any_size_give_the_same_bits(name, recording):
         ins = FootIns(VARIANTS[name])
         pieces = [ins.update(rows) for rows in recording.chunks(size)] + [ins.finish()]
         assert_same_bits(whole, pieces)
+
+
+@pytest.mark.parametrize("name", sorted(VARIANTS.keys() - METHODS.keys()))
+def test_a_variant_saved_and_restored_in_the_middle(name):
+    whole, rows = FootIns(VARIANTS[name]).run(DAMAGED), DAMAGED.samples()
+    for cut in (1300, 2751):
+        ins = FootIns(VARIANTS[name])
+        first = ins.update(rows[:cut])
+        other = FootIns.restore(ins.save())
+        ins.update(rows[cut : cut + 50])  # what the first does afterwards must not matter
+        assert_same_bits(whole, [first, other.update(rows[cut:]), other.finish()])
 
 
 def parts(trajectory):
