@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 GRAVITY_AT_REST = 0.05
 """Relative: calibrated, a rest cannot be farther from gravity (the Earth's differs by 0.5 %)."""
+DOUBTFUL_AT_REST = 0.01
+"""Relative: closer than this gravity of any place and what temperature does to a sensor may be; more is said."""
 FORCE = (0.7, 1.6)
 """Middle of the specific force over gravity: a walk has 1.0 to 1.1, a run up to 1.5."""
 FIELD = (0.25, 4.0)
@@ -50,7 +52,8 @@ def check(calibration: Calibration, recording: Recording) -> None:
 
 def doubts(calibration: Calibration, calibrated: Recording) -> list[str]:
     """What a calibrated recording makes doubtful of the calibration."""
-    return [*_unknown_device(calibration.sensing.device, calibrated.sensing.device), *_uneven(calibration, calibrated)]
+    unknown = _unknown_device(calibration.sensing.device, calibrated.sensing.device)
+    return [*unknown, *_off_at_rest(calibration, calibrated), *_uneven(calibration, calibrated)]
 
 
 def _unknown_device(made: str, own: str) -> list[str]:
@@ -60,6 +63,19 @@ def _unknown_device(made: str, own: str) -> list[str]:
         return [f"The recording is of the device {own}, and the calibration does not say of which: make sure that it is this one."]
     return [
         f"The calibration was made for the device {made}, and the recording does not say of which it is: make sure that it is this one."
+    ]
+
+
+def _off_at_rest(calibration: Calibration, calibrated: Recording) -> list[str]:
+    sensor, rests = calibration.sensors.get("accelerometer"), find_rests([calibrated])
+    if sensor is None or not len(rests):
+        return []
+    found = float(np.median(np.linalg.norm(rests.force, axis=1)))
+    if abs(found / sensor.length - 1) < DOUBTFUL_AT_REST:
+        return []
+    return [
+        f"Calibrated, the accelerometer reads {found:.4g} m/s² at rest, {100 * (found / sensor.length - 1):+.1f} % off gravity "
+        f"({sensor.length:.4g}): its offset has changed since, with the temperature or the power, or it is another sensor. Calibrate anew."
     ]
 
 

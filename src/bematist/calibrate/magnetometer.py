@@ -9,12 +9,13 @@ its axes as the gyroscope says. Both resolve the rotation that the ellipsoid lea
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bematist.calibrate.axes import best_axes, one_of_each_sign
+from bematist.calibrate.correlated import correlation, influence, spread
 from bematist.calibrate.coverage import missing_directions
 from bematist.calibrate.norm import ellipsoid, norm_model, symmetric, widened
 from bematist.calibrate.result import SensorCalibration
@@ -74,11 +75,12 @@ def fit_iron(samples: FieldSamples, length: float | None, source: str) -> Iron:
     prior = np.concatenate([np.eye(3)[np.triu_indices(3)], h])
     prior_sd = np.concatenate([SYMMETRIC_SD, np.full(3, CENTRE_SD * radius)])
     start = np.concatenate([(A * radius)[np.triu_indices(3)], h])
-    blocks = [Block(norm_model(values, radius, symmetric_matrix=True), samples.variance, "norm", SMALLEST * radius, TOLERATED * radius)]
+    model = norm_model(values, radius, symmetric_matrix=True)
+    blocks = [Block(model, samples.variance, "norm", SMALLEST * radius, TOLERATED * radius)]
     found = fit(blocks, start, prior, prior_sd)
     iron = Iron(symmetric(found.parameters), found.parameters[6:9], radius, found)
     _check(iron, samples, source)
-    return iron
+    return replace(iron, fit=_honest(found, blocks, prior_sd, samples, None, np.zeros(len(values), bool)))
 
 
 def _check(iron: Iron, samples: FieldSamples, source: str) -> None:
@@ -165,20 +167,12 @@ def calibrate_magnetometer(samples: FieldSamples, iron: Iron, pairs: Pairs, up: 
     up : (n,3) for each sample, in the accelerometer's calibrated frame, NaN where the sensor was not at rest.
     """
     at_rest = np.isfinite(up).all(1)
-    norm = Block(norm_full(samples.values, iron.length), samples.variance, "norm", SMALLEST * iron.length, TOLERATED * iron.length)
-    blocks = [norm]
+    limits = (SMALLEST * iron.length, TOLERATED * iron.length)
+    blocks = [Block(norm_full(samples.values, iron.length), samples.variance, "norm", *limits)]
     if at_rest.sum() >= ENOUGH_RESTS:
-        blocks.append(
-            Block(
-                dip_model(samples.values[at_rest], up[at_rest], iron.length),
-                samples.variance[at_rest],
-                "dip",
-                SMALLEST * iron.length,
-                TOLERATED * iron.length,
-            )
-        )
+        blocks.append(Block(dip_model(samples.values[at_rest], up[at_rest], iron.length), samples.variance[at_rest], "dip", *limits))
     if len(pairs.first) >= ENOUGH_PAIRS:
-        blocks.append(Block(turn_model(pairs), pairs.variance, "turn", SMALLEST * iron.length, TOLERATED * iron.length))
+        blocks.append(Block(turn_model(pairs), pairs.variance, "turn", *limits))
     if len(blocks) == 1:
         return _alone(samples, iron), float("nan")
     A = iron.A
@@ -186,10 +180,42 @@ def calibrate_magnetometer(samples: FieldSamples, iron: Iron, pairs: Pairs, up: 
     start = np.concatenate([A.ravel(), iron.h, [s]])
     prior_sd = np.concatenate([np.full(9, MATRIX_SD), np.full(3, CENTRE_SD * iron.length), [1.0]])
     found = fit(blocks, start, np.concatenate([np.eye(3).ravel(), iron.h, [0.0]]), prior_sd)
+    found = _honest(found, blocks, prior_sd, samples, pairs, at_rest)
     A, h = found.parameters[:9].reshape(3, 3), found.parameters[9:12]
     weak = [f"soft iron {'xyz'[k // 3]}{'xyz'[k % 3]}" for k in np.flatnonzero(found.determined[:9] < DETERMINED)]
     calibration = _result(samples, A, h, iron.length, found.covariance[:12, :12], found, tuple(weak), "")
     return calibration, float(np.arcsin(np.clip(found.parameters[12], -1, 1))) if at_rest.any() else float("nan")
+
+
+def _honest(
+    found: Fit, blocks: Sequence[Block], prior_sd: Array, samples: FieldSamples, pairs: Pairs | None, at_rest: NDArray[np.bool_]
+) -> Fit:
+    """The fit with a covariance that knows that errors of the field may hang together in time, and that a sample is used more than once."""
+    p, C = found.parameters, found.covariance
+    full = len(p) > 9
+    A, h = (p[:9].reshape(3, 3), p[9:12]) if full else (symmetric(p), p[6:9])
+    x = (samples.values - h) @ A.T
+    along = x / np.linalg.norm(x, axis=1, keepdims=True)
+    sd = np.sqrt(samples.variance + found.floors[0] ** 2)
+    parts = []
+    for b, keep, floor in zip(blocks, found.kept, found.floors, strict=True):
+        J, weight = b.model(p)[1][keep], 1 / (b.variance[keep] + floor**2)
+        if b.name == "norm":
+            parts.append(influence(C, J, weight, (along @ A)[keep, None, :], samples.time[keep], sd[keep]))
+        elif b.name == "dip":
+            up = J[:, 0, :9].reshape(-1, 3, 3)  # up ⊗ (m - h): its derivative by m is up · A
+            towards = up.sum(2) / (samples.values[at_rest][keep] - h).sum(1)[:, None]
+            parts.append(influence(C, J, weight, (towards @ A)[:, None, :], samples.time[at_rest][keep], sd[at_rest][keep]))
+        elif pairs is not None:
+            own = np.full(int(keep.sum()), np.sqrt(float(pairs.variance[0]) / 2 + found.floors[0] ** 2))
+            back = np.swapaxes(pairs.turn[keep], 1, 2)
+            for D, time in ((-back @ A, pairs.time[keep, 0]), (np.broadcast_to(A, back.shape), pairs.time[keep, 1])):
+                parts.append(influence(C, J, weight, D, time, own))
+    keep = found.kept[0]
+    order = np.flatnonzero(keep)[np.argsort(samples.time[keep], kind="stable")]
+    share, correlation_s = correlation(found.residuals[0][order, 0] / sd[order], along[order], samples.time[order])
+    covariance = spread(parts, share, correlation_s) + (C / prior_sd**2) @ C
+    return replace(found, covariance=covariance, determined=1 - np.diag(covariance) / prior_sd**2)
 
 
 def _alone(samples: FieldSamples, iron: Iron) -> SensorCalibration:

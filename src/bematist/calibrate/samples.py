@@ -22,6 +22,9 @@ TURN = 0.5
 PAIR_S = 3.0
 """A pair does not reach over a longer time, s, in which the gyroscope may drift and the sensor may be carried elsewhere."""
 
+APART_S = 1e6
+"""s between recordings on the common time axis of samples: nothing in one is near anything in another."""
+
 DELAY_STEP_S, DELAYS = 0.01, 8
 """Delays between magnetometer and gyroscope that are tried, s, and how many to either side."""
 CLEARLY = 0.9
@@ -30,22 +33,28 @@ CLEARLY = 0.9
 
 @dataclass(frozen=True, eq=False)
 class FieldSamples:
-    """Readings (n,3), µT, with the variance of each (n,), the number of samples it is the mean of (n,), and its rest (n,), -1 in motion."""
+    """Readings (n,3), µT, with the variance of each (n,), the number of samples it is the mean of (n,), its rest (n,), -1 in motion, and
+    its time, s (n,); recordings lie `APART_S` apart.
+    """
 
     values: Array
     variance: Array
     count: Array
     rest: NDArray[np.int64]
+    time: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Readings (n,3) before and after a turn (n,3,3): the attitude at the second relative to the first; variance (n,), µT²."""
+    """Readings (n,3) before and after a turn (n,3,3): the attitude at the second relative to the first; variance (n,), µT², and times
+    of both, s (n,2).
+    """
 
     first: Array
     second: Array
     turn: Array
     variance: Array
+    time: Array
 
 
 def field_samples(rests: Rests, recordings: Sequence[Recording]) -> FieldSamples:
@@ -55,17 +64,22 @@ def field_samples(rests: Rests, recordings: Sequence[Recording]) -> FieldSamples
     of_means = np.maximum(rests.field_variance[known], 1e-6 * noise)
     values, variance = [rests.field[known]], [of_means]
     count = [np.maximum(noise / of_means, 1.0)]
-    moving = []
+    moving, times = [], []
     for k, r in enumerate(recordings):
         spans = [(a, b) for a, b, own in zip(rests.start_s, rests.end_s, rests.recording, strict=True) if own == k]
-        moving.append(r.magnetic_flux_density[outside(r.magnetic_time, spans) & np.isfinite(r.magnetic_flux_density).all(1)])
+        free = outside(r.magnetic_time, spans) & np.isfinite(r.magnetic_flux_density).all(1)
+        moving.append(r.magnetic_flux_density[free])
+        times.append(r.magnetic_time[free] + k * APART_S)
     single = np.concatenate(moving)
-    single = single[:: max(1, -(-len(single) // MOST))]
+    step = max(1, -(-len(single) // MOST))
+    single = single[::step]
+    middle = (rests.start_s + rests.end_s) / 2 + rests.recording * APART_S
+    time = np.concatenate([middle[known], np.concatenate(times)[::step]])
     values.append(single)
     variance.append(np.full(len(single), noise))
     count.append(np.ones(len(single)))
     which = np.concatenate([np.flatnonzero(known), np.full(len(single), -1)])
-    return FieldSamples(np.concatenate(values), np.concatenate(variance), np.concatenate(count), which)
+    return FieldSamples(np.concatenate(values), np.concatenate(variance), np.concatenate(count), which, time)
 
 
 def outside(time: Array, spans: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
@@ -95,8 +109,8 @@ def field_pairs(recordings: Sequence[Recording], offset: Array, S: Array, delay:
     delay : by how much, s, the magnetometer's stamps are later than the gyroscope's.
     """
     noise = sample_variance(recordings)
-    first, second, turn = [], [], []
-    for r in recordings:
+    first, second, turn, time = [], [], [], []
+    for k, r in enumerate(recordings):
         q, way = attitudes(r, offset, S, r.magnetic_time - delay)
         good = np.isfinite(q).all(1) & np.isfinite(r.magnetic_flux_density).all(1)
         i, j = _partners(way[good])
@@ -106,10 +120,11 @@ def field_pairs(recordings: Sequence[Recording], offset: Array, S: Array, delay:
         i, j = i[near], j[near]
         first.append(r.magnetic_flux_density[i])
         second.append(r.magnetic_flux_density[j])
+        time.append(np.column_stack([r.magnetic_time[i], r.magnetic_time[j]]) + k * APART_S)
         turn.append(matrix_from_quaternion(multiply(conjugate(q[i]), q[j])))
-    a, b, R = (np.concatenate(x) for x in (first, second, turn))
+    a, b, R, t = (np.concatenate(x) for x in (first, second, turn, time))
     step = max(1, -(-len(a) // (MOST // 3)))
-    return Pairs(a[::step], b[::step], R[::step], np.full(len(a[::step]), 2 * noise))
+    return Pairs(a[::step], b[::step], R[::step], np.full(len(a[::step]), 2 * noise), t[::step])
 
 
 def _partners(way: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

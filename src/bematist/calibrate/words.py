@@ -53,5 +53,10 @@ def rows(s: SensorCalibration) -> Iterator[list[str]]:
     yield [s.sensor, "offset", *(f"{v:.4f} ± {e:.4f}" for v, e in zip(off, sd, strict=True)), unit]
     yield ["", "scale", *(f"{v:.5f} ± {e:.5f}" for v, e in zip(scale, np.diag(s.matrix_sd), strict=True)), ""]
     for k, axis in enumerate("xyz"):
-        cells = ["" if j == k else f"{s.matrix[k, j]:+.5f} ± {s.matrix_sd[k, j]:.5f}" for j in range(3)]
+        cells = ["" if j == k else _entry(s.matrix[k, j], s.matrix_sd[k, j]) for j in range(3)]
         yield ["", f"{axis} from", *cells, ""]
+
+
+def _entry(value: float, sd: float) -> str:
+    """An entry of a matrix; one that was not free, by the choice of the frame, has no uncertainty."""
+    return f"{value:+.5f} ± {sd:.5f}" if sd > 0 else "0, fixed" if value == 0 else f"{value:+.5f}, fixed"

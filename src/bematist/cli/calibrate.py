@@ -104,7 +104,8 @@ def show(found: Calibration) -> None:
     lines = []
     for sensor in found.sensors.values():
         lines += [(sensor.sensor, f"{error_text(sensor)}; {verdict(sensor)}")]
-    lines += [("known turn", text) for text in _turns(found)]
+    told = found.evidence is not None and found.evidence.turns_told
+    lines += [("known turn" if told else "whole turn?", text) for text in _turns(found)]
     if found.evidence is not None and math.isfinite(found.evidence.elevation_deg):
         lines.append(("field", f"{_sensor(found, 'magnetometer').length:.2f} µT, {-found.evidence.elevation_deg:.1f}° below the horizon"))
     output().print(facts(lines))
@@ -117,5 +118,5 @@ def _sensor(found: Calibration, name: str) -> SensorCalibration:
 def _turns(found: Calibration) -> list[str]:
     if found.evidence is None or "gyroscope" not in found.sensors:
         return []
-    how = "told" if found.evidence.turns_told else "looks like"
-    return [f"about {t.axis}: {t.before:.2f}° before, {t.after:.2f}° after, {how} {t.angle:.0f}°" for t in found.evidence.known_turns]
+    how = "told" if found.evidence.turns_told else "not told; nearest whole turn"
+    return [f"about {t.axis}: {t.before:.2f}° before, {t.after:.2f}° after ({how} {t.angle:.0f}°)" for t in found.evidence.known_turns]

@@ -8,7 +8,7 @@
     const side = (title) => ({ title, range: [-1.35, 1.35], color: bematist.color("@ink"), gridcolor: bematist.color("@ink/0.12"), showbackground: false });
     return bematist.layout({
       dragmode: "orbit", hovermode: false, margin: { l: 0, r: 0, t: 0, b: 0 }, legend: { orientation: "h", y: 1 },
-      scene: { aspectmode: "cube", xaxis: side("x"), yaxis: side("y"), zaxis: side("z") },
+      scene: { aspectmode: "cube", camera: { eye: { x: 1.55, y: 1.55, z: 1.05 } }, xaxis: side("x"), yaxis: side("y"), zaxis: side("z") },
     });
   }
 
