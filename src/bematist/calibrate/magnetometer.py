@@ -166,7 +166,7 @@ def calibrate_magnetometer(samples: FieldSamples, iron: Iron, pairs: Pairs, up: 
 
     up : (n,3) for each sample, in the accelerometer's calibrated frame, NaN where the sensor was not at rest.
     """
-    at_rest = np.isfinite(up).all(1)
+    at_rest = np.asarray(np.isfinite(up).all(1))
     limits = (SMALLEST * iron.length, TOLERATED * iron.length)
     blocks = [Block(norm_full(samples.values, iron.length), samples.variance, "norm", *limits)]
     if at_rest.sum() >= ENOUGH_RESTS:
