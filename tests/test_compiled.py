@@ -12,6 +12,7 @@ import pytest
 from numba.core.errors import TypingError
 
 import bematist as bm
+from bematist.cli import console
 from bematist.kernels import compiled, jit
 from bematist.warmup import still
 
@@ -154,3 +155,13 @@ def test_threads_share_a_kernel(folder: Path):
 
     with ThreadPoolExecutor(8) as pool:
         assert all(pool.map(one, range(16)))
+
+
+def test_the_command_line_says_that_it_compiles():
+    words: list[str] = []
+    before = jit.announce
+    with console.compiling_told(words.append):
+        with jit.announce("bematist.kernels.foot.run"):
+            assert words == ["compiling foot.run for this machine, once"]
+        assert words[-1] == ""
+    assert jit.announce is before

@@ -52,7 +52,26 @@ def progress(what: str, *, quiet: bool = False) -> Iterator[Progress]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Bar(*columns, console=output(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)  # a moving bar until the first fraction is told
-        yield lambda fraction: bar.update(task, total=1.0, completed=fraction)
+        with compiling_told(lambda words: bar.update(task, description=words or what)):
+            yield lambda fraction: bar.update(task, total=1.0, completed=fraction)
+
+
+@contextmanager
+def compiling_told(describe: Callable[[str], object]) -> Iterator[None]:
+    """Where a kernel must be compiled meanwhile, the first time on a machine, `describe` it; and nothing ("") when that is done."""
+    from bematist.kernels import jit
+
+    @contextmanager
+    def announce(kernel: str) -> Iterator[None]:
+        describe(f"compiling {kernel.removeprefix('bematist.kernels.')} for this machine, once")
+        yield
+        describe("")
+
+    before, jit.announce = jit.announce, announce
+    try:
+        yield
+    finally:
+        jit.announce = before
 
 
 def table(
