@@ -206,8 +206,10 @@ def main() -> None:
             # What the native filter does not do (AHRS, more updates) has no aim.
             aim = "≤ 1.3" if method in NATIVE_METHODS else "–"
             table.append((f"`{method}`, detector and covariances included, against native C++", f"{ratio:.2f}", aim))
+        # The native detector waits for its own sums, this one fills the processor: who shares the core slows this one by 1.7, that by 1.3.
         ratio = float(np.median(np.array(times["detector"]) / times["native detector"]))
-        table.append(("stance detector alone against native C++", f"{ratio:.2f}", "≤ 1.25"))
+        least = min(times["detector"]) / min(times["native detector"])
+        table.append(("stance detector alone against native C++", f"{ratio:.2f}; {least:.2f} by the least times", "≤ 1.25"))
     table.append(("the same filter as a NumPy loop, against `zupt`", f"{slow / ns['zupt']:.0f}", "≥ 250"))
     table.append(("one sample from Python (`FootIns.step`)", f"{step_call(rows) * 1e6:.2f} µs", "≤ 3 µs"))
     table += whole_command(recording)
