@@ -107,10 +107,10 @@ def dense(parameters, recording):
     a, rate = start.alignment, recording.rate_hz
     index, _ = detectors(parameters, rate, 1 / np.median(np.diff(recording.magnetic_time)))
     sizes = index.reshape(2, -1)[:, [at.LENGTH, at.FIRST]]
-    S = workspace(parameters, a, 1 / rate)
     prm, _ = kernel_parameters(parameters, a, rate)
+    S = workspace(parameters, a, prm, rows[0, 0])
     gap = {**parameters.gap.model_dump(), "s": parameters.gap.seconds(rate)}
-    earth = prm[at.EARTH_E : at.EARTH_U + 1]
+    earth = S[at.EARTH_E : at.EARTH_U + 1]
     P = S[:256].reshape(16, 16)
     return twin_hand.Filter(
         parameters.attitude.model_dump(), a.attitude, S[at.BQ : at.BQ + 3], P, 1 / rate, 9.80665, earth, sizes, gap

@@ -179,17 +179,16 @@ def test_agu():
 
 def test_heading():
     S = state()
-    prm = np.zeros(at.PARAMETERS)
-    prm[at.EARTH_E : at.EARTH_U + 1] = 3.0, 20.0, -40.0
+    S[at.EARTH_E : at.EARTH_U + 1] = 3.0, 20.0, -40.0
     # Near the truth, where H is linearised: the measured field is the Earth's in the body.
     q = S[at.Q : at.Q + 4].copy()
-    m = rotation(multiply(quaternion_from_rotation_vector([1e-4, -2e-4, 1e-4]), q)).T @ prm[at.EARTH_E : at.EARTH_U + 1]
+    m = rotation(multiply(quaternion_from_rotation_vector([1e-4, -2e-4, 1e-4]), q)).T @ S[at.EARTH_E : at.EARTH_U + 1]
 
     def angle(v):
         n = rotation(unit(v)) @ m
         return np.arctan2(3.0 * n[1] - 20.0 * n[0], 3.0 * n[0] + 20.0 * n[1])
 
-    nu, used = hand_fields.heading(S, prm, *m, 1.0, NEVER)
+    nu, used = hand_fields.heading(S, *m, 1.0, NEVER)
     assert not used
     np.testing.assert_allclose(nu, angle(q), atol=1e-12)
     # nu = estimate − truth, and the error of the state is truth − estimate.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,11 @@ class InitialParameters(RestParameters):
         description="Tilt after levelling on a rest, rad, apart from what the accelerometer's offset explains.",
     )
     accel_bias_sd: float = Field(default=0.05, ge=0, description="Accelerometer offset before the first update, m/s².")
+    gravity_from: Literal["parameter", "rest"] = Field(
+        default="parameter",
+        description="parameter: gravity is the parameter `gravity`. rest: the length of the mean specific force over the rest at the "
+        "start, where there is one; the accelerometer's scale and its offset along gravity are then in it.",
+    )
 
 
 class FieldGates(Protocol):
@@ -86,9 +91,10 @@ class Alignment:
     """The state at the first sample.
 
     attitude (4,) wxyz at the first sample; gyro_bias (3,) rad/s with gyro_bias_sd; tilt_sd rad; velocity_sd m/s; rest: first and
-    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; earth_rate (3,) rad/s: the part
-    of the Earth's rotation whose direction is known, only that about Up where North is not; warnings; north: what North is, "magnetic",
-    "true" (by the Earth's field), "given" (by a heading) or "none" (the sensor's x axis starts along East); rate_hz: of the samples.
+    one-past-last row of the rest that was averaged; field (3,) µT in ENU averaged over the rest, or None; field_from (3,3): what turned the
+    magnetometer's readings into it, on the average; earth_rate (3,) rad/s: the part of the Earth's rotation whose direction is known,
+    only that about Up where North is not; warnings; north: what North is, "magnetic", "true" (by the Earth's field), "given" (by a
+    heading) or "none" (the sensor's x axis starts along East); rate_hz: of the samples; gravity m/s² (`initial.gravity_from`).
     """
 
     attitude: Array
@@ -98,10 +104,12 @@ class Alignment:
     velocity_sd: float
     rest: tuple[int, int]
     field: Array | None
+    field_from: Array
     earth_rate: Array
     warnings: tuple[str, ...]
     north: str
     rate_hz: float
+    gravity: float
 
 
 MAGNETIC_NORTH = (0.0, 1.0, 0.0)
@@ -254,10 +262,12 @@ def initial_alignment(
         velocity_sd=1.5 if moving_start else 0.0,
         rest=(first, last),
         field=field,
+        field_from=matrix_from_quaternion(attitude),
         earth_rate=earth,
         warnings=tuple(warnings),
         north=north(parameters, field),
         rate_hz=rate_hz,
+        gravity=float(np.linalg.norm(up)) if resting and parameters.gravity_from == "rest" else gravity,
     )
 
 

@@ -91,7 +91,7 @@ class Attitude:
 
     def summary(self) -> dict[str, Any]:
         """The content of `summary.json`."""
-        from bematist import __version__
+        from bematist import __version__, hard_iron
 
         return {
             "filter": self.filter,
@@ -102,6 +102,7 @@ class Attitude:
             "heading_start_deg": float(self.heading_deg[0]),
             "heading_end_deg": float(self.heading_deg[-1]),
             "gyro_bias_end_rad_s": [float(b) for b in self.gyro_bias[-1]],
+            **hard_iron.summary(self.diagnostics),
             "processing_s": self.processing_s,
             "warnings": list(self.warnings),
             "version": __version__,

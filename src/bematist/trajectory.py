@@ -192,7 +192,7 @@ class Trajectory:
 
     def summary(self) -> dict[str, Any]:
         """The content of `summary.json`: a contract."""
-        from bematist import __version__
+        from bematist import __version__, hard_iron
 
         closure = float(np.linalg.norm(self.position[-1] - self.position[0]))
         distance = self.distance_m
@@ -209,6 +209,7 @@ class Trajectory:
             "north": self.north,
             **({"stance_fraction": float(self.stance.mean())} if self.steps is None else {"steps": len(self.steps)}),
             "position_sd_m": [float(s) for s in self.position_sd[-1]],
+            **hard_iron.summary(self.diagnostics),
             "processing_s": self.processing_s,
             "warnings": list(self.warnings),
             "version": __version__,

@@ -21,6 +21,56 @@ class ZeroVelocityParameters(Parameters):
     )
 
 
+class HardIronParameters(Parameters):
+    """The magnetometer's hard iron, followed while walking: a field that turns with the sensor, where the Earth's and a building's do not.
+
+    It is told apart by the turning alone, with neither Earth's field nor attitude known; between measurements the field may change.
+    """
+
+    use: Literal["off", "watch", "correct"] = Field(
+        default="off",
+        description="off: not looked for. watch: found and told, and nothing else changed. correct: taken out of the readings, and of the "
+        "field at the start, as long as `evidence` and `least` say so.",
+    )
+    prior_sd: float = Field(default=20.0, gt=0, description="Hard iron before the first measurement, µT on each axis.")
+    walk: float = Field(default=0.01, ge=0, description="How it changes, µT/√s. Larger: it follows a sensor that is magnetised anew.")
+    block_s: float = Field(
+        default=0.1, gt=0, description="Samples of this time are one measurement, s (of a shoe, within one stance). Longer: fewer, surer."
+    )
+    sd: float = Field(
+        default=0.5, gt=0, description="Noise of a measurement, µT on each axis, with soft iron and what else calibration left over."
+    )
+    delay_s: float = Field(
+        default=0.01, ge=0, description="How far the clocks of magnetometer and gyroscope may be apart, s. Larger: fast turns count less."
+    )
+    turn_error: float = Field(
+        default=0.01, ge=0, description="Error of the gyroscope over a turn of 1 rad, rad; it grows with the root of the turn."
+    )
+    drift: float = Field(
+        default=0.1, ge=0, description="How the field drifts at any time, µT/√s, with the turning that the gyroscope's offset feigns."
+    )
+    field_walk: float = Field(
+        default=1.0,
+        ge=0,
+        description="How the field changes as one moves, µT/√s, at least; from the innovations the filter learns by how much more. "
+        "Smaller: surer in the open, and too sure in a building.",
+    )
+    memory_s: float = Field(default=10.0, gt=0, description="How long it remembers what it learned of that, s of motion.")
+    jump: float = Field(
+        default=16.3,
+        gt=0,
+        description="An innovation whose normalised square is larger (3 in expectation, 16.3 once in a thousand) is a field that has "
+        "changed at once: the field is begun anew.",
+    )
+    evidence: float = Field(
+        default=10.0,
+        gt=0,
+        description="ln of how much likelier the readings are with hard iron than without, from which on it counts as found. Larger: later "
+        "and surer.",
+    )
+    least: float = Field(default=3.0, ge=0, description="Hard iron shorter than this, µT, is told and not taken out.")
+
+
 class MagneticParameters(Parameters):
     """What the magnetometer is used for, in stance only, once per sample, and the gates a sample must pass."""
 
@@ -29,6 +79,7 @@ class MagneticParameters(Parameters):
         description="off: not used. reset: the attitude is replaced by TRIAD's (MAGINAV Table 2, state 3). heading: a measurement of the "
         "heading in the Kalman filter.",
     )
+    hard_iron: HardIronParameters = HardIronParameters(block_s=0.5)
     reference: Literal["earth", "start"] = Field(
         default="earth",
         description="The undisturbed field that the gates compare with. earth: `initial.earth_field` where it is given. start: always the "

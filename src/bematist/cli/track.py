@@ -101,6 +101,7 @@ def _headline(summary: Mapping[str, Any]) -> str:
 
 def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation: Evaluation | None = None) -> list[tuple[str, str]]:
     """The summary for a person."""
+    from bematist.hard_iron import words
     from bematist.trajectory import NORTH
 
     percent = f" ({summary['closure_percent']:.2f} % of it)" if summary["closure_percent"] is not None else ""
@@ -115,6 +116,7 @@ def summary_facts(summary: Mapping[str, Any], trajectory: Trajectory, evaluation
         ("north", ", ".join(NORTH[summary["north"]])),
         ("sure to", f"± {east:.2f} m east, ± {north:.2f} m north{above} at the end (one sigma)"),
         feet(summary, trajectory),
+        *([("hard iron", words(summary["hard_iron"]))] if "hard_iron" in summary else []),
         ("processing", seconds(summary["processing_s"])),
     ]
     if evaluation is not None:

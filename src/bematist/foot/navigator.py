@@ -13,6 +13,7 @@ from bematist.estimator import Estimator
 from bematist.foot.parameters import FootParameters
 from bematist.foot.result import PHONE, judge, trajectory
 from bematist.foot.setup import kernel_parameters, workspace
+from bematist.hard_iron import extra_columns
 from bematist.kernels import foot as filter_kernel
 from bematist.kernels import layout as kernel
 from bematist.recording import Recording
@@ -53,7 +54,7 @@ class FootIns(Estimator[FootParameters, Trajectory]):
         return self._row[0] if n else None
 
     def _results(self, n: int) -> tuple[Array, NDArray[np.float32]]:
-        return np.empty((n, kernel.NAV)), np.empty((n, kernel.DIAG), np.float32)
+        return np.empty((n, kernel.NAV)), np.empty((n, kernel.DIAG + extra_columns(self.parameters.magnetic.hard_iron)), np.float32)
 
     def _waiting(self) -> int:
         return self.parameters.stance.latency_samples(self.alignment.rate_hz) if self.alignment is not None else 0
@@ -87,10 +88,10 @@ class FootIns(Estimator[FootParameters, Trajectory]):
     def _judge(self, recording: Recording, *results: NDArray[Any]) -> list[str]:
         assert self._state is not None
         nav, diagnostics = results
-        return judge(nav, diagnostics, self._state[3])
+        return judge(nav, diagnostics, self._state[3], self.parameters.magnetic.hard_iron)
 
     def _result(self, *results: NDArray[Any], **fields: Any) -> Trajectory:
         nav, diagnostics = results
-        prm = None if self._state is None else self._state[3]
+        S = None if self._state is None else self._state[2]
         used = self.parameters.model_dump()
-        return trajectory(nav, diagnostics, prm, method=self.name, parameters=used, north=self.north, **fields)
+        return trajectory(nav, diagnostics, S, method=self.name, parameters=used, north=self.north, **fields)

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist import hard_iron
 from bematist.intake import bridging_warnings
 from bematist.kernels import layout as kernel
 from bematist.trajectory import Trajectory
+from bematist.updates import HardIronParameters
 
 Array = NDArray[np.float64]
 
@@ -19,7 +21,7 @@ PHONE = (
 )
 
 
-def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array) -> list[str]:
+def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array, iron: HardIronParameters) -> list[str]:
     """Warnings about the result."""
     stood = np.isfinite(diagnostics[:, kernel.ZV_SD])
     found = bridging_warnings(nav[:, 0], diagnostics[:, kernel.BRIDGED], "path")
@@ -39,11 +41,11 @@ def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array) -> list[str]
                 f"Only {100 * share:.1f} % of the magnetometer samples in stance passed the gates: the field is disturbed, or was "
                 "at the start."
             )
-    return found
+    return [*found, *hard_iron.judge(nav[:, 0], diagnostics[:, kernel.IRON_DIAG :], iron)]
 
 
-def trajectory(nav: Array, d: NDArray[np.float32], prm: Array | None, **fields: Any) -> Trajectory:
-    """Results (N,29) and diagnostics (N,DIAG) of the kernels (`kernels.layout`) by their names."""
+def trajectory(nav: Array, d: NDArray[np.float32], S: Array | None, **fields: Any) -> Trajectory:
+    """Results (N,29) and diagnostics (N,DIAG or more) of the kernels (`kernels.layout`) by their names."""
     named: dict[str, NDArray[Any]] = {
         "stance_statistic": d[:, kernel.STATISTIC],
         "stance_threshold": d[:, kernel.LIMIT],
@@ -63,9 +65,10 @@ def trajectory(nav: Array, d: NDArray[np.float32], prm: Array | None, **fields: 
         "hdr_innovation": d[:, kernel.HDR_INNOVATION],
         "maru_nis": d[:, kernel.MARU_NIS],
         "pace": d[:, kernel.PACE],
+        **hard_iron.diagnostics(d[:, kernel.IRON_DIAG :]),
     }
-    if prm is not None:
-        named["magnetic_reference"] = np.array([prm[kernel.FIELD_NORM], prm[kernel.FIELD_INCLINATION]])
+    if S is not None:
+        named["magnetic_reference"] = np.array([S[kernel.FIELD_NORM], S[kernel.FIELD_INCLINATION]])
     return Trajectory(
         time=nav[:, 0],
         position=nav[:, 1:4],

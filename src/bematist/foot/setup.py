@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bematist.align import Alignment, disagreement, undisturbed
 from bematist.foot.parameters import AttitudeParameters, FootParameters
 from bematist.frames import matrix_from_quaternion
+from bematist.hard_iron import begin, set_parameters
 from bematist.kernels import layout as kernel
 from bematist.stance import StanceParameters
 
@@ -32,7 +33,7 @@ def initial_covariance(p: FootParameters, a: Alignment) -> Array:
     sds += [p.initial.accel_bias_sd * biases] * 3 + [a.gyro_bias_sd * biases] * 3
     C = matrix_from_quaternion(a.attitude)
     T = np.eye(15)
-    T[0, 9:12], T[1, 9:12] = C[1] / p.gravity, -C[0] / p.gravity
+    T[0, 9:12], T[1, 9:12] = C[1] / a.gravity, -C[0] / a.gravity
     return T @ np.diag(np.square(sds)) @ T.T
 
 
@@ -43,7 +44,7 @@ def kernel_parameters(p: FootParameters, a: Alignment, rate_hz: float, *, seen: 
     """
     biases = p.states == 15
     prm = np.zeros(kernel.PARAMETERS)
-    prm[kernel.G] = p.gravity
+    prm[kernel.G] = a.gravity
     prm[kernel.EARTH_E : kernel.EARTH_U + 1] = a.earth_rate
     growth = rate_hz if p.noise.growth == "per-sample" else 1.0
     prm[kernel.PSD_ATTITUDE] = p.noise.angle_random_walk**2 * growth
@@ -103,6 +104,15 @@ def workspace(p: FootParameters, a: Alignment, prm: Array, start: float) -> Arra
     S[kernel.BG : kernel.BG + 3] = a.gyro_bias
     S[: 15 * 16].reshape(15, 16)[:, :15] = initial_covariance(p, a)
     S[kernel.FIELD_TIME] = start
+    field = prm[kernel.START_E : kernel.START_U + 1]
+    norm, horizontal = float(np.linalg.norm(field)), math.hypot(field[0], field[1])
+    S[kernel.FIELD_NORM] = S[kernel.FIELD_INCLINATION] = math.nan
+    S[kernel.FIELD_E] = S[kernel.NORTH_E] = 1.0
+    if horizontal > 0:
+        S[kernel.FIELD_NORM], S[kernel.FIELD_INCLINATION] = norm, -math.asin(field[2] / norm)
+        S[kernel.FIELD_E : kernel.FIELD_U + 1] = field
+        S[kernel.NORTH_E], S[kernel.NORTH_N] = field[:2] / horizontal
+    begin(S, kernel.IRON, p.magnetic.hard_iron, start)
     S[kernel.LIMIT_NOW], S[kernel.CLASS] = prm[kernel.THRESHOLD], kernel.WALKING
     return S
 
@@ -115,8 +125,8 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment, seen: bool) -> list[
     prm[kernel.TILT_SD], prm[kernel.DIRECTION_SD] = m.tilt_sd, m.direction_sd
     prm[kernel.STILL_FRACTION] = m.still_fraction
     prm[kernel.HEADING_SD], prm[kernel.HEADING_TOLERANCE] = m.heading_sd, m.heading_tolerance
-    prm[kernel.FIELD_NORM] = prm[kernel.FIELD_INCLINATION] = math.nan
-    prm[kernel.FIELD_E] = prm[kernel.NORTH_E] = 1.0
+    own = m.reference == "start" or p.initial.earth_field is None
+    set_parameters(prm, kernel.IRON_USE, m.hard_iron, a.field_from if own else np.zeros((3, 3)))
     if a.field is None:
         if m.use == "reset" or listening:
             where = " in the rest at the start" if seen else ""
@@ -126,16 +136,13 @@ def _set_field(prm: Array, p: FootParameters, a: Alignment, seen: bool) -> list[
     assert field is not None
     norm = float(np.linalg.norm(field))
     horizontal = math.hypot(field[0], field[1])
-    if norm == 0 or horizontal < 0.05 * norm:
+    if norm == 0 or not horizontal > kernel.LEAST_HORIZONTAL * norm:
         if m.use != "off" or listening:
             return ["The magnetic field has no horizontal part that could give a heading: the magnetometer is not used."]
         return []
     prm[kernel.MAGNETIC_USE] = _MAGNETIC_USE[m.use]
     prm[kernel.LISTEN] = _LISTEN[p.attitude.magnetometer] if listening else kernel.LISTEN_OFF
-    prm[kernel.FIELD_NORM] = norm
-    prm[kernel.FIELD_INCLINATION] = -math.asin(field[2] / norm)
-    prm[kernel.FIELD_E : kernel.FIELD_U + 1] = field
-    prm[kernel.NORTH_E], prm[kernel.NORTH_N] = field[:2] / horizontal
+    prm[kernel.START_E : kernel.START_U + 1] = field
     if p.initial.earth_field is None or (m.use == "off" and not listening):
         return []
     return [f"{w} With magnetic.reference=start those that look like the start are." for w in disagreement(a.field, field, m)]

@@ -11,7 +11,7 @@ from bematist import stance
 from bematist.attitudes import Attitude
 from bematist.estimator import Estimator
 from bematist.hand.parameters import HandParameters
-from bematist.hand.result import attitude, judge
+from bematist.hand.result import attitude, judge, room
 from bematist.hand.setup import initial_state
 from bematist.hand.start import start
 from bematist.kernels import hand as filter_kernel
@@ -29,7 +29,7 @@ class HandAttitude(Estimator[HandParameters, Attitude]):
         super().__init__(parameters, parameters.initial.longest_s, name)
 
     def _results(self, n: int) -> tuple[Array, NDArray[np.float32]]:
-        return np.empty((n, kernel.NAV)), np.empty((n, kernel.DIAG), np.float32)
+        return np.empty((n, kernel.NAV)), room(n, self.parameters)
 
     def _feed(self, rows: Array, finish: bool, *results: NDArray[Any]) -> int:
         assert self._state is not None

@@ -10,7 +10,7 @@ from pydantic import Field
 from bematist.align import InitialParameters
 from bematist.earth import STANDARD_GRAVITY
 from bematist.parameters import Parameters
-from bematist.updates import GapParameters
+from bematist.updates import GapParameters, HardIronParameters
 
 
 class HandNoiseParameters(Parameters):
@@ -89,6 +89,7 @@ class MagneticFieldParameters(QuasiStaticParameters):
         gt=0,
         description="Noise of a sample against the Earth's field, µT. Larger: what looks like the Earth's is believed less.",
     )
+    hard_iron: HardIronParameters = HardIronParameters()
     walk: float = Field(
         default=0.0, ge=0, description="Estimated reference: how it changes as one moves on, µT/√s. Larger: an older reference binds less."
     )

@@ -109,8 +109,9 @@ def pointed(a: Alignment, p: HandPdrParameters) -> Alignment:
         return a
     wanted = 0.0 if heading is None else float(yaw_from_heading_deg(heading))
     turn = quaternion_from_euler(0.0, 0.0, wanted - ahead(a.attitude, p))
-    field = None if a.field is None else matrix_from_quaternion(turn) @ a.field
+    C = matrix_from_quaternion(turn)
+    field = None if a.field is None else C @ a.field
     attitude = multiply(turn, a.attitude)
     # What the gyroscope reads at rest is its offset and the Earth's rotation, which points elsewhere in the body now.
     moved = rotate(conjugate(a.attitude), a.earth_rate) - rotate(conjugate(attitude), a.earth_rate)
-    return replace(a, attitude=attitude, field=field, gyro_bias=a.gyro_bias + moved)
+    return replace(a, attitude=attitude, field=field, field_from=C @ a.field_from, gyro_bias=a.gyro_bias + moved)

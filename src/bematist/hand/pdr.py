@@ -66,7 +66,7 @@ class HandPdr(Estimator[HandPdrParameters, Trajectory]):
     def _results(self, n: int) -> tuple[NDArray[Any], ...]:
         return (
             np.empty((n, hand_layout.NAV)),
-            np.empty((n, hand_layout.DIAG), np.float32),
+            result.room(n, self.parameters),
             np.empty((n, kernel.NAV)),
             np.empty((n, kernel.DIAG), np.float32),
         )

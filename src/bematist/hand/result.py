@@ -7,12 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist import hard_iron
 from bematist.attitudes import Attitude
 from bematist.hand.parameters import HandParameters
 from bematist.intake import bridging_warnings
 from bematist.kernels import hand_layout as kernel
 
 Array = NDArray[np.float64]
+
+
+def room(n: int, p: HandParameters) -> NDArray[np.float32]:
+    """Room for the diagnostics of n samples."""
+    return np.empty((n, kernel.DIAG + hard_iron.extra_columns(p.attitude.magnetic.hard_iron)), np.float32)
 
 
 def judge(nav: Array, d: NDArray[np.float32], p: HandParameters, has_magnetometer: bool, doubtful: str = "heading") -> list[str]:
@@ -29,11 +35,11 @@ def judge(nav: Array, d: NDArray[np.float32], p: HandParameters, has_magnetomete
                 f"The magnetic field contradicted the filter more often ({faults} samples) than it agreed ({used}): it is disturbed, or "
                 "the magnetometer is not calibrated."
             )
-    return found
+    return [*found, *hard_iron.judge(nav[:, 0], d[:, kernel.IRON_DIAG :], p.attitude.magnetic.hard_iron)]
 
 
 def diagnostics(d: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
-    """Diagnostics (N,32) of the kernels (`kernels.hand_layout`) by their names."""
+    """Diagnostics (N,32 or more) of the kernels (`kernels.hand_layout`) by their names."""
     named: dict[str, NDArray[Any]] = {
         "gyro_bias_sd": d[:, kernel.GYRO_BIAS_SD : kernel.GYRO_BIAS_SD + 3],
         "accel_bias": d[:, kernel.ACCEL_BIAS : kernel.ACCEL_BIAS + 3],
@@ -49,7 +55,7 @@ def diagnostics(d: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
             f"{word}_gradient_nis": d[:, o + kernel.GRADIENT_NIS],
             f"{word}_verdict": d[:, o + kernel.VERDICT].astype(np.uint8),
         }
-    return named
+    return named | hard_iron.diagnostics(d[:, kernel.IRON_DIAG :])
 
 
 def attitude(nav: Array, d: NDArray[np.float32], p: HandParameters, **fields: Any) -> Attitude:

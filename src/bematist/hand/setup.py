@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from bematist.align import Alignment, disagreement
 from bematist.frames import matrix_from_quaternion
 from bematist.hand.parameters import HandParameters, MagneticFieldParameters, QuasiStaticParameters, SpecificForceParameters
+from bematist.hard_iron import begin, set_parameters
 from bematist.kernels import hand_layout as at
 from bematist.kernels import stance
+from bematist.kernels.layout import LEAST_HORIZONTAL
 from bematist.stance import sampling_rate
 
 Array = NDArray[np.float64]
@@ -34,19 +36,26 @@ def initial_covariance(p: HandParameters, a: Alignment, period: float) -> Array:
     T = np.zeros((16, 9))
     G = rotation_to_quaternion(a.attitude)
     T[at.E_Q : at.E_Q + 4, :3] = G
-    T[at.E_Q : at.E_Q + 4, 6:9] = G @ np.stack([C[1], -C[0], np.zeros(3)]) / p.gravity
+    T[at.E_Q : at.E_Q + 4, 6:9] = G @ np.stack([C[1], -C[0], np.zeros(3)]) / a.gravity
     T[at.E_BQ : at.E_BQ + 3, 3:6] = np.eye(3) * period / 2
     T[at.E_BA : at.E_BA + 3, 6:9] = np.eye(3)
     sds = [a.tilt_sd] * 2 + [p.heading_sd] + [a.gyro_bias_sd] * 3 + [p.initial.accel_bias_sd] * 3
     return T @ np.diag(np.square(sds)) @ T.T
 
 
-def workspace(p: HandParameters, a: Alignment, period: float) -> Array:
-    """The state at the start. The gyroscope-quaternion offset of a period T is T/2 times the gyroscope's (erratum of MAGYQ eq 20)."""
-    S = np.zeros(at.WORKSPACE_SIZE)
+def workspace(p: HandParameters, a: Alignment, prm: Array, start: float) -> Array:
+    """The state before the first sample, at `start` s.
+
+    The gyroscope-quaternion offset of a period T is T/2 times the gyroscope's (erratum of MAGYQ eq 20).
+    """
+    S, period = np.zeros(at.WORKSPACE_SIZE), prm[at.PERIOD]
     S[: at.WIDTH**2] = initial_covariance(p, a, period).ravel()
     S[at.Q : at.Q + 4] = a.attitude
     S[at.BQ : at.BQ + 3] = a.gyro_bias * period / 2
+    S[at.EARTH_E : at.EARTH_U + 1] = field = prm[at.START_E : at.START_U + 1]
+    horizontal = math.hypot(field[0], field[1])
+    S[at.EARTH_NORM], S[at.EARTH_INCLINATION] = math.hypot(horizontal, field[2]), -math.atan2(field[2], horizontal)
+    begin(S, at.IRON, p.attitude.magnetic.hard_iron, start)
     return S
 
 
@@ -70,7 +79,7 @@ def kernel_parameters(p: HandParameters, a: Alignment, rate_hz: float) -> tuple[
     """The parameters that the kernels read (`kernels.hand_layout`), and warnings about the field at the start."""
     prm = np.zeros(at.PARAMETERS)
     own, noise, motion = p.attitude, p.attitude.noise, p.attitude.motion
-    prm[at.G], prm[at.PERIOD] = p.gravity, 1 / rate_hz
+    prm[at.G], prm[at.PERIOD] = a.gravity, 1 / rate_hz
     prm[at.PSD_ANGLE] = noise.angle_random_walk**2
     prm[at.BIAS_WALK] = (noise.gyro_bias_walk * prm[at.PERIOD] / 2) ** 2
     prm[at.BIAS_POWER] = 2.0 if noise.bias_scaling == "printed" else 1.0
@@ -101,17 +110,17 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     """The Earth's magnetic field in n: as given, else the mean over the rest at the start (MAGYQ section 4.2)."""
     field = p.initial.earth_field if p.initial.earth_field is not None else a.field
     horizontal = 0.0 if field is None else math.hypot(field[0], field[1])
-    if field is None or not horizontal > 0.05 * math.hypot(horizontal, field[2]):
+    enters = a.field_from if p.initial.earth_field is None else np.zeros((3, 3))
+    set_parameters(prm, at.IRON_USE, p.attitude.magnetic.hard_iron, enters)
+    if field is None or not horizontal > LEAST_HORIZONTAL * math.hypot(horizontal, field[2]):
         prm[at.MAGNETIC + at.EARTH] = prm[at.HEADING_PSD] = 0.0
         if field is None:
             return []
         return ["The magnetic field at the start has no horizontal part that could give a heading: it serves only as a field that stays."]
-    prm[at.EARTH_E : at.EARTH_U + 1] = field
-    prm[at.EARTH_NORM] = math.hypot(horizontal, field[2])
-    prm[at.EARTH_INCLINATION] = -math.atan2(field[2], horizontal)
+    prm[at.START_E : at.START_U + 1] = field
     dip = p.attitude.magnetic.dip_tolerance
     prm[at.DIP_TOLERANCE] = math.inf if dip is None else dip
-    prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * prm[at.EARTH_NORM]
+    prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * math.hypot(horizontal, field[2])
     prm[at.HEADING_SPREAD] = p.attitude.motion.heading_spread**2 / (2 * horizontal**2)
     if p.initial.earth_field is None or a.field is None:
         return []
@@ -123,4 +132,4 @@ def initial_state(p: HandParameters, a: Alignment, head: Array) -> tuple[tuple[N
     known = np.isfinite(head[:, 7:10]).all(1)
     magnetic_rate = sampling_rate(head[known, 0], p.initial.longest_s) if known.sum() > 1 else a.rate_hz
     prm, warnings = kernel_parameters(p, a, a.rate_hz)
-    return (*detectors(p, a.rate_hz, magnetic_rate), workspace(p, a, 1 / a.rate_hz), prm), warnings
+    return (*detectors(p, a.rate_hz, magnetic_rate), workspace(p, a, prm, head[0, 0]), prm), warnings

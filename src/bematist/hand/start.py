@@ -61,6 +61,7 @@ def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, rate_
         )
     attitude = level(up)
     seen = np.isfinite(rows[:, 7:10]).all(1)
+    turning = matrix_from_quaternion(attitude) @ matrix_from_quaternion(turned[seen]).mean(0) if seen.any() else np.zeros((3, 3))
     field = matrix_from_quaternion(attitude) @ rotate(turned[seen], rows[seen, 7:10]).mean(0) if seen.any() else None
     attitude, turn = aim(attitude, up, field, initial, warnings)
     duration = float(rows[-1, 0] - rows[0, 0])
@@ -74,8 +75,10 @@ def _in_motion(rows: Array, p: HandParameters, initial: InitialParameters, rate_
         velocity_sd=1.5,
         rest=(0, 0),
         field=turn @ field if field is not None else None,
+        field_from=turn @ turning,
         earth_rate=known_rotation(p.attitude.earth_rate, north(initial, field)),
         warnings=tuple(warnings),
         north=north(initial, field),
         rate_hz=rate_hz,
+        gravity=p.gravity,
     )

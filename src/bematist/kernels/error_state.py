@@ -103,7 +103,7 @@ def vector_measurement(S, first, z0, z1, z2, t0, t1, t2, variance):
         z1,
         z2,
     )
-    whiten(S, W, E, L)
+    whiten(S, W, E, L, 16)
     for row in range(15):
         a, b, g = S[W + row], S[W + 16 + row], S[W + 32 + row]
         for c in range(16):
@@ -143,9 +143,9 @@ def replace_attitude(S, prm, c0, c1, c2, c3, c4, c5):
     attitude are gone. Of e, white noise is new, but the accelerometer's offset x is not: e = C x, so psi = A x + noise, and psi takes over
     A times the covariances of x. Without them every stance would seem to tell tilt and offset apart, which it cannot.
     """
-    horizontal = math.sqrt(prm[at.FIELD_E] * prm[at.FIELD_E] + prm[at.FIELD_N] * prm[at.FIELD_N])
-    slope = prm[at.FIELD_U] / horizontal
-    he, hn = prm[at.FIELD_E] / horizontal, prm[at.FIELD_N] / horizontal
+    horizontal = math.sqrt(S[at.FIELD_E] * S[at.FIELD_E] + S[at.FIELD_N] * S[at.FIELD_N])
+    slope = S[at.FIELD_U] / horizontal
+    he, hn = S[at.FIELD_E] / horizontal, S[at.FIELD_N] / horizontal
     g = 1 / prm[at.G]
     a00, a01, a02 = c3 * g, c4 * g, c5 * g
     a10, a11, a12 = -c0 * g, -c1 * g, -c2 * g

@@ -11,7 +11,7 @@ from bematist.kernels.constraints import constrain
 from bematist.kernels.error_state import feed_back, vector_measurement, write_block
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BA, BG, ROW, Q, V, X
-from bematist.kernels.magnetic import magnetic_heading, set_attitude
+from bematist.kernels.magnetic import hard_iron, magnetic_heading, set_attitude
 from bematist.kernels.pace import follow
 from bematist.kernels.rotation import exp_quaternion, in_body, matrix
 from bematist.kernels.strapdown import elapse, predict
@@ -78,6 +78,8 @@ def navigate(S, prm, statistic, limit, sd, nav, diag, k):
     if S[ROW + 10] < stance.MISSING:
         leave_earth(S, prm)
         dt, diag[k, at.BRIDGED] = elapse(S, prm)
+        if prm[at.IRON_USE] > 0:
+            hard_iron(S, prm, dt, sd > 0, diag[k, at.BRIDGED] == at.BRIDGED_OVER, diag, k)
         reset = predict(S, prm, dt, sd > 0, statistic <= prm[at.STILL_FRACTION] * limit, diag, k)
         if sd > 0:
             correct(S, prm, sd, reset, diag, k)

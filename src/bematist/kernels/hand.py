@@ -24,7 +24,7 @@ from bematist.kernels.hand_layout import (
     USED_BQ,
     Q,
 )
-from bematist.kernels.hand_observe import observe, restart_turn
+from bematist.kernels.hand_observe import hard_iron, observe, restart_turn
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BRIDGED_OVER
 from bematist.kernels.rotation import exp_quaternion, in_body, multiply, normalise
@@ -152,6 +152,11 @@ def navigate(S, prm, index, memory, nav, diag, k):
         if dt > 0:
             decay = predict(S, prm, dt)
             accumulate_turn(S)
+        if prm[at.IRON_USE] > 0:
+            w0, w1, w2 = turned_rate(S, prm)
+            b = 2 / prm[at.PERIOD]
+            lost = diag[k, at.BRIDGED] == BRIDGED_OVER
+            hard_iron(S, prm, dt, w0 - b * S[BQ], w1 - b * S[BQ + 1], w2 - b * S[BQ + 2], lost, diag, k)
         if prm[at.CORRECTION] != at.NOTHING:
             observe(S, prm, index, memory, dt, decay, diag, k)
     write(S, prm, nav, diag, k)

@@ -305,7 +305,7 @@ def update(S, L, references):
 
     Without `references` in the state, their rows are zero and left out.
     """
-    whiten(S, W, E, L)
+    whiten(S, W, E, L, 16)
     subtract(S, references)
     correct(S)
 

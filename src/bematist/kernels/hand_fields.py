@@ -139,7 +139,7 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
 
 
 @apart
-def heading(S, prm, m0, m1, m2, variance, limit):
+def heading(S, m0, m1, m2, variance, limit):
     """Heading from the Earth's field as a scalar measurement, tilt left alone. Returns the innovation (rad) and whether it was used.
 
     The field turned into n is exp([psi×]) m_n, so its horizontal direction is off by nu = psi_z − (h·psi) m_z/m_h.
@@ -147,8 +147,8 @@ def heading(S, prm, m0, m1, m2, variance, limit):
     C = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     e = C[0] * m0 + C[1] * m1 + C[2] * m2
     n = C[3] * m0 + C[4] * m1 + C[5] * m2
-    scale = 1 / math.sqrt(prm[at.EARTH_E] * prm[at.EARTH_E] + prm[at.EARTH_N] * prm[at.EARTH_N])
-    he, hn, slope = prm[at.EARTH_E] * scale, prm[at.EARTH_N] * scale, prm[at.EARTH_U] * scale
+    scale = 1 / math.sqrt(S[at.EARTH_E] * S[at.EARTH_E] + S[at.EARTH_N] * S[at.EARTH_N])
+    he, hn, slope = S[at.EARTH_E] * scale, S[at.EARTH_N] * scale, S[at.EARTH_U] * scale
     nu = math.atan2(he * n - hn * e, he * e + hn * n)
     g0, g1 = -slope * he, -slope * hn
     a, b, c, d = rotation_rows(S)

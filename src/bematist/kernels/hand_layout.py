@@ -1,5 +1,7 @@
 """Where things stand in the flat arrays of the handheld filter: workspace, parameters, results, diagnostics, detectors."""
 
+from bematist.kernels import hard_iron_layout as hard_iron
+
 # The error state, and with it the columns of P: quaternion 4, gyroscope-quaternion offset 3, accelerometer offset 3,
 # reference of the magnetic field 3, reference of the specific force 3.
 WIDTH = 16
@@ -14,7 +16,10 @@ LAST_M, LAST_M_KNOWN, LAST_F, LAST_F_KNOWN, USED_BQ = 368, 371, 372, 375, 376
 TIME, STARTED, RATE, LAST_M_TIME = 379, 380, 381, 384
 FAULTS = 385  # of magnetic field and specific force, in a row
 ROW = 388
-WORKSPACE_SIZE = 400
+# the Earth's field that samples are compared with, and of `hard_iron`
+EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(400, 405)
+IRON = 405
+WORKSPACE_SIZE = IRON + hard_iron.SIZE
 
 # parameters prm
 (
@@ -31,11 +36,9 @@ WORKSPACE_SIZE = 400
     GAP_S,
     GAP_RATE,
     GAP_BALLISTIC_S,
-    EARTH_E,
-    EARTH_N,
-    EARTH_U,
-    EARTH_NORM,
-    EARTH_INCLINATION,
+    START_E,  # the Earth's field as it was at the start (3)
+    START_N,
+    START_U,
     DIP_TOLERANCE,
     RATE_E,
     RATE_N,
@@ -46,13 +49,14 @@ WORKSPACE_SIZE = 400
     HEADING_NORM,
     HEADING_DIP,
     HEADING_SPREAD,
-) = range(28)
+) = range(26)
 # and for each of the two fields, from MAGNETIC or FORCE on
 MAGNETIC, FORCE = 32, 48
 USE, DETECTOR, DEVIATION, OUTLIER, LIKELIHOOD, LOCAL, EARTH, EARTH_TOLERANCE, VARIANCE, EARTH_VARIANCE, WALK, GRADIENT, LIMIT, PATIENCE = (
     range(14)
 )
-PARAMETERS = 64
+IRON_USE = 64  # of `hard_iron`
+PARAMETERS = IRON_USE + hard_iron.PARAMETERS
 
 # values of CORRECTION
 NOTHING, KALMAN, REPLACE = 0.0, 1.0, 2.0
@@ -76,6 +80,7 @@ GYRO_BIAS, GYRO_BIAS_SD, ACCEL_BIAS, ACCEL_BIAS_SD, BRIDGED, HEADING_NU = 0, 3, 
 FIELD_M, FIELD_F = 16, 24
 STATISTIC, NU, NIS, VERDICT, GRADIENT_NIS = 0, 1, 4, 5, 6
 DIAG = 32
+IRON_DIAG = DIAG  # where `hard_iron` is in use, its columns follow
 
 # verdicts on a field
 NO_SAMPLE, CHANGING, LOCAL_USED, EARTH_USED, FAULT, UNUSED = range(6)

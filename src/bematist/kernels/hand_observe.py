@@ -3,6 +3,8 @@
 import math
 
 from bematist.kernels import hand_layout as at
+from bematist.kernels import hard_iron as iron
+from bematist.kernels import hard_iron_layout as iron_layout
 from bematist.kernels import quasi_static, stance
 from bematist.kernels.hand_error import project
 from bematist.kernels.hand_fields import (
@@ -17,6 +19,7 @@ from bematist.kernels.hand_fields import (
 from bematist.kernels.hand_layout import BA, FREF, LAST_F, LAST_F_KNOWN, LAST_M, LAST_M_KNOWN, LAST_M_TIME, MREF, ROW, Q
 from bematist.kernels.hand_quest import headed, levelled, two_vectors
 from bematist.kernels.jit import apart, inlined
+from bematist.kernels.layout import LEAST_HORIZONTAL
 from bematist.kernels.rotation import matrix
 
 FIELD_INDEX, FORCE_INDEX = 0, at.INDEX_EACH
@@ -29,16 +32,16 @@ def force(S, c):
 
 
 @apart
-def is_earth(index, memory, prm):
+def is_earth(S, index, memory, prm):
     """Whether the magnetic period that begins shows the Earth's own field: its norm, and with a dip gate its inclination."""
     f = at.MAGNETIC
     norm = memory[index[FIELD_INDEX + at.RING] + at.REFERENCE_NORM]
-    if not prm[f + at.EARTH] > 0 or not abs(norm - prm[at.EARTH_NORM]) <= prm[f + at.EARTH_TOLERANCE]:
+    if not prm[f + at.EARTH] > 0 or not abs(norm - S[at.EARTH_NORM]) <= prm[f + at.EARTH_TOLERANCE]:
         return False
     e = quasi_static.first_mean(index, memory, FIELD_INDEX, 1)
     n = quasi_static.first_mean(index, memory, FIELD_INDEX, 2)
     inclination = -math.atan2(quasi_static.first_mean(index, memory, FIELD_INDEX, 3), math.sqrt(e * e + n * n))
-    return abs(inclination - prm[at.EARTH_INCLINATION]) <= prm[at.DIP_TOLERANCE]
+    return abs(inclination - S[at.EARTH_INCLINATION]) <= prm[at.DIP_TOLERANCE]
 
 
 @inlined
@@ -59,7 +62,7 @@ def detect(S, index, memory, prm, i, f, x0, x1, x2, diag, k, d):
     diag[k, d + at.STATISTIC] = statistic
     diag[k, d + at.VERDICT] = at.UNUSED if static else at.CHANGING
     if starts:
-        earth = is_gravity(index, memory, prm) if f == at.FORCE else is_earth(index, memory, prm)
+        earth = is_gravity(index, memory, prm) if f == at.FORCE else is_earth(S, index, memory, prm)
         memory[index[i + at.RING] + at.IS_EARTH] = 1.0 if earth else 0.0
     return static, starts
 
@@ -92,7 +95,7 @@ def magnetic_updates(S, index, memory, prm, starts, diag, k):
         used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, references, r, prm[f + at.LIMIT], references))
         refused = not used
     if earth:
-        r0, r1, r2 = prm[at.EARTH_E], prm[at.EARTH_N], prm[at.EARTH_U]
+        r0, r1, r2 = S[at.EARTH_E], S[at.EARTH_N], S[at.EARTH_U]
         r = prm[f + at.EARTH_VARIANCE]
         used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, False, r, prm[f + at.LIMIT], references))
         refused = refused or not used
@@ -176,13 +179,13 @@ def north(S, prm, diag, k):
     C = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
     dt = S[ROW] - S[LAST_M_TIME]
-    along = norm - prm[at.EARTH_NORM]
+    along = norm - S[at.EARTH_NORM]
     if norm > 0 and dt > 0 and abs(along) <= prm[at.HEADING_NORM]:
-        down = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm))) - prm[at.EARTH_INCLINATION]
+        down = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm))) - S[at.EARTH_INCLINATION]
         if abs(down) <= prm[at.HEADING_DIP]:
-            across = prm[at.EARTH_NORM] * down
+            across = S[at.EARTH_NORM] * down
             r = (prm[at.HEADING_PSD] + prm[at.HEADING_SPREAD] * (along * along + across * across)) / dt
-            nu, _ = heading(S, prm, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT])
+            nu, _ = heading(S, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT])
             diag[k, at.HEADING_NU] = nu
 
 
@@ -193,10 +196,10 @@ def replace(S, prm, index, memory, still, steady, diag, k):
     known = steady and memory[index[FIELD_INDEX + at.RING] + at.IS_EARTH] > 0
     q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
     f0, f1, f2, m0, m1, m2 = force(S, 0), force(S, 1), force(S, 2), S[ROW + 7], S[ROW + 8], S[ROW + 9]
-    e, n, u = prm[at.EARTH_E], prm[at.EARTH_N], prm[at.EARTH_U]
+    e, n, u = S[at.EARTH_E], S[at.EARTH_N], S[at.EARTH_U]
     if up and known:
         a = prm[at.G] * prm[at.G] / prm[at.FORCE + at.EARTH_VARIANCE]
-        b = prm[at.EARTH_NORM] * prm[at.EARTH_NORM] / prm[at.MAGNETIC + at.EARTH_VARIANCE]
+        b = S[at.EARTH_NORM] * S[at.EARTH_NORM] / prm[at.MAGNETIC + at.EARTH_VARIANCE]
         q0, q1, q2, q3 = two_vectors(f0, f1, f2, m0, m1, m2, 0.0, 0.0, 1.0, e, n, u, a, b)
     elif up:
         q0, q1, q2, q3 = levelled(q0, q1, q2, q3, f0, f1, f2)
@@ -237,6 +240,32 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
         if prm[at.PROJECT] > 0:
             project(S)
     remember(S, magnetic, measured)
+
+
+@inlined
+def refer(S, e, n, u):
+    """The Earth's field, from now on; False, and nothing done, where it could give no heading."""
+    horizontal = math.sqrt(e * e + n * n)
+    norm = math.sqrt(e * e + n * n + u * u)
+    if not horizontal > LEAST_HORIZONTAL * norm:
+        return False
+    S[at.EARTH_E], S[at.EARTH_N], S[at.EARTH_U] = e, n, u
+    S[at.EARTH_NORM], S[at.EARTH_INCLINATION] = norm, -math.atan2(u, horizontal)
+    return True
+
+
+@apart
+def hard_iron(S, prm, dt, w0, w1, w2, lost, diag, k):
+    """The sample in S[ROW:], turned at (w0, w1, w2), for `kernels.hard_iron`: what is found is told, and, where asked for, taken out."""
+    o, p = at.IRON, at.IRON_USE
+    changed = iron.step(S, o, prm, p, S[ROW], dt, w0, w1, w2, S[ROW + 7], S[ROW + 8], S[ROW + 9], True, False, lost)
+    if changed and prm[p] == iron_layout.CORRECT:
+        e, n, u = iron.reference(S, o, prm, p, prm[at.START_E], prm[at.START_N], prm[at.START_U])
+        if not refer(S, e, n, u):
+            S[o + iron_layout.APPLIED] = 0.0
+            refer(S, prm[at.START_E], prm[at.START_N], prm[at.START_U])
+    iron.take_out(S, o, ROW + 7)
+    iron.tell(S, o, changed, diag, k, at.IRON_DIAG)
 
 
 @inlined

@@ -20,12 +20,12 @@ def factor(s00, s10, s11, s20, s21, s22, z0, z1, z2):
 
 
 @inlined
-def whiten(S, w, e, L):
-    """Rows H P (3x16), at S[w:], become Wᵀ = L⁻¹ H P, and the estimated error W L⁻¹ z goes to S[e:]; L as `factor` returns it."""
+def whiten(S, w, e, L, n):
+    """Rows H P (3 by n), at S[w:], become Wᵀ = L⁻¹ H P, and the estimated error W L⁻¹ z goes to S[e:]; L as `factor` returns it."""
     i0, l10, i1, l20, l21, i2, y0, y1, y2 = L
-    for c in range(16):
+    for c in range(n):
         a = S[w + c] * i0
-        b = (S[w + 16 + c] - l10 * a) * i1
-        g = (S[w + 32 + c] - l20 * a - l21 * b) * i2
-        S[w + c], S[w + 16 + c], S[w + 32 + c] = a, b, g
+        b = (S[w + n + c] - l10 * a) * i1
+        g = (S[w + 2 * n + c] - l20 * a - l21 * b) * i2
+        S[w + c], S[w + n + c], S[w + 2 * n + c] = a, b, g
         S[e + c] = a * y0 + b * y1 + g * y2

@@ -1,5 +1,7 @@
 """Where things stand in the flat arrays of the foot-mounted filter: workspace, parameters, results, diagnostics."""
 
+from bematist.kernels import hard_iron_layout as hard_iron
+
 # workspace S
 P, M, W, E, Q, V, X, BA, BG = 0, 240, 384, 432, 448, 452, 455, 458, 461
 TIME, STARTED, RATE, ROW = 464, 465, 466, 472
@@ -10,7 +12,10 @@ FIELD_AT, FIELD_BIAS, FIELD_S, FIELD_KNOWN = 498, 501, 504, 505
 # of `pace`: the threshold in force, the class, and the windows, whose rings follow after the workspace
 LIMIT_NOW, CLASS, PLACE, FILLED, SPEEDS, LARGEST = range(506, 512)
 PREDICTED = 512  # velocity before the corrections of the last sample (3)
-WORKSPACE_SIZE = 520
+# the undisturbed field that samples are compared with: norm, inclination; E, N, U; its horizontal direction
+FIELD_NORM, FIELD_INCLINATION, FIELD_E, FIELD_N, FIELD_U, NORTH_E, NORTH_N = range(515, 522)
+IRON = 522  # of `hard_iron`
+WORKSPACE_SIZE = IRON + hard_iron.SIZE
 
 # parameters prm
 (
@@ -30,13 +35,11 @@ WORKSPACE_SIZE = 520
     GAP_SPEED,
     GAP_BALLISTIC_S,
     MAGNETIC_USE,
-    FIELD_NORM,
     NORM_TOLERANCE,
-    FIELD_INCLINATION,
     INCLINATION_TOLERANCE,
-    FIELD_E,
-    FIELD_N,
-    FIELD_U,
+    START_E,  # the undisturbed field as it was at the start (3)
+    START_N,
+    START_U,
     TILT_SD,
     DIRECTION_SD,
     HEADING_SD,
@@ -55,9 +58,7 @@ WORKSPACE_SIZE = 520
     KP,
     KI,
     BETA,
-    NORTH_E,
-    NORTH_N,
-) = range(43)
+) = range(39)
 (
     ZARU_USE,
     ZARU_RATE,
@@ -88,8 +89,9 @@ WORKSPACE_SIZE = 520
     EARTH_E,  # rotation of the Earth in n, rad/s (3)
     EARTH_N,
     EARTH_U,
-) = range(NORTH_N + 1, NORTH_N + 30)
-PARAMETERS = EARTH_U + 1
+) = range(BETA + 1, BETA + 30)
+IRON_USE = EARTH_U + 1  # of `hard_iron`
+PARAMETERS = IRON_USE + hard_iron.PARAMETERS
 
 COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
 EXACT, FIRST_ORDER, FIRST_ORDER_MATRIX = 0.0, 1.0, 2.0
@@ -133,9 +135,13 @@ NAV = 29
     PACE,
 ) = range(28)
 DIAG = 28
+IRON_DIAG = DIAG  # where `hard_iron` is in use, its columns follow
 
 # verdicts of the magnetic gates
 NO_SAMPLE, NORM_REFUSED, INCLINATION_REFUSED, INNOVATION_REFUSED, USED, PASSED, MOTION_REFUSED = range(7)
+
+LEAST_HORIZONTAL = 0.05
+"""A field whose horizontal part is a smaller share of it gives no heading."""
 
 # what a result owes to a gap, after the flags of a row
 BRIDGED_OVER = 3.0

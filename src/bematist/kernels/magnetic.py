@@ -2,10 +2,12 @@
 
 import math
 
+from bematist.kernels import hard_iron as iron
+from bematist.kernels import hard_iron_layout as iron_layout
 from bematist.kernels import layout as at
 from bematist.kernels.error_state import feed_back, replace_attitude, row_measurement
-from bematist.kernels.jit import inlined
-from bematist.kernels.layout import BA, ROW, Q
+from bematist.kernels.jit import apart, inlined
+from bematist.kernels.layout import BA, BG, ROW, Q
 from bematist.kernels.rotation import matrix, multiply, normalise
 
 
@@ -56,10 +58,43 @@ def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
 
 
 @inlined
+def refer(S, e, n, u):
+    """The undisturbed field, from now on; False, and nothing done, where it could give no heading."""
+    horizontal = math.sqrt(e * e + n * n)
+    norm = math.sqrt(e * e + n * n + u * u)
+    if not horizontal > at.LEAST_HORIZONTAL * norm:
+        return False
+    S[at.FIELD_NORM], S[at.FIELD_INCLINATION] = norm, -math.asin(u / norm)
+    S[at.FIELD_E], S[at.FIELD_N], S[at.FIELD_U] = e, n, u
+    S[at.NORTH_E], S[at.NORTH_N] = e / horizontal, n / horizontal
+    return True
+
+
+@apart
+def hard_iron(S, prm, dt, standing, lost, diag, k):
+    """The sample in S[ROW:] for `kernels.hard_iron`, from its blocks in stance: what is found is told, and, where asked for, taken out.
+
+    In swing a foot is at other places, where near the ground the field is another, and always at those to which it has turned: that would
+    look like hard iron.
+    """
+    m0 = S[ROW + 7] if standing else math.nan
+    w0, w1, w2 = S[ROW + 4] - S[BG], S[ROW + 5] - S[BG + 1], S[ROW + 6] - S[BG + 2]
+    o, p = at.IRON, at.IRON_USE
+    changed = iron.step(S, o, prm, p, S[ROW], dt, w0, w1, w2, m0, S[ROW + 8], S[ROW + 9], not standing, not standing, lost)
+    if changed and prm[p] == iron_layout.CORRECT:
+        e, n, u = iron.reference(S, o, prm, p, prm[at.START_E], prm[at.START_N], prm[at.START_U])
+        if not refer(S, e, n, u):
+            S[o + iron_layout.APPLIED] = 0.0
+            refer(S, prm[at.START_E], prm[at.START_N], prm[at.START_U])
+    iron.take_out(S, o, ROW + 7)
+    iron.tell(S, o, changed, diag, k, at.IRON_DIAG)
+
+
+@inlined
 def set_attitude(S, prm):
     """State 3 of MAGINAV Table 2 (eqs 12, 13): the attitude is TRIAD's for the sample in S[ROW:], and so is its covariance."""
     f0, f1, f2 = S[ROW + 1] - S[BA], S[ROW + 2] - S[BA + 1], S[ROW + 3] - S[BA + 2]
-    c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], prm[at.FIELD_E], prm[at.FIELD_N])
+    c = triad(f0, f1, f2, S[ROW + 7], S[ROW + 8], S[ROW + 9], S[at.FIELD_E], S[at.FIELD_N])
     w, x, y, z = quaternion(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8])
     if prm[at.TRIAD_PRINTED] != 0:
         # C(0) TRIAD(f0, m0, fk, mk) as printed is C(0) C(k)ᵀ C(0).
@@ -84,9 +119,9 @@ def magnetic_gate(S, prm, C6, C7, C8, diag, k):
     inclination = -math.asin(min(1.0, max(-1.0, (C6 * m0 + C7 * m1 + C8 * m2) / norm))) if norm > 0 else 0.0
     diag[k, at.NORM] = norm
     diag[k, at.INCLINATION] = inclination
-    if abs(norm - prm[at.FIELD_NORM]) > prm[at.NORM_TOLERANCE] * prm[at.FIELD_NORM]:
+    if abs(norm - S[at.FIELD_NORM]) > prm[at.NORM_TOLERANCE] * S[at.FIELD_NORM]:
         return at.NORM_REFUSED
-    if abs(inclination - prm[at.FIELD_INCLINATION]) > prm[at.INCLINATION_TOLERANCE]:
+    if abs(inclination - S[at.FIELD_INCLINATION]) > prm[at.INCLINATION_TOLERANCE]:
         return at.INCLINATION_REFUSED
     return at.PASSED
 
@@ -101,9 +136,9 @@ def magnetic_heading(S, prm, m0, m1, m2):
     C0, C1, C2, C3, C4, C5, _, _, _ = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     e = C0 * m0 + C1 * m1 + C2 * m2
     n = C3 * m0 + C4 * m1 + C5 * m2
-    horizontal = math.sqrt(prm[at.FIELD_E] * prm[at.FIELD_E] + prm[at.FIELD_N] * prm[at.FIELD_N])
-    he, hn = prm[at.FIELD_E] / horizontal, prm[at.FIELD_N] / horizontal
-    slope = prm[at.FIELD_U] / horizontal
+    horizontal = math.sqrt(S[at.FIELD_E] * S[at.FIELD_E] + S[at.FIELD_N] * S[at.FIELD_N])
+    he, hn = S[at.FIELD_E] / horizontal, S[at.FIELD_N] / horizontal
+    slope = S[at.FIELD_U] / horizontal
     nu = math.atan2(he * n - hn * e, he * e + hn * n)
     variance = prm[at.HEADING_SD] * prm[at.HEADING_SD]
     if row_measurement(S, 0, -slope * he, -slope * hn, 1.0, nu, variance, prm[at.HEADING_TOLERANCE]):

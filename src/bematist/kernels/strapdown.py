@@ -70,7 +70,7 @@ def turn(S, prm, dt, heard, f0, f1, f2, w0, w1, w2):
     q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
     a0, a1, a2 = w0 * dt, w1 * dt, w2 * dt
     g0 = g1 = g2 = g3 = m0 = m1 = m2 = held = 0.0
-    e, n = prm[at.NORTH_E], prm[at.NORTH_N]
+    e, n = S[at.NORTH_E], S[at.NORTH_N]
     if heard:
         m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
         held = min(S[ROW] - S[FIELD_TIME], LONGEST_PULL_S)

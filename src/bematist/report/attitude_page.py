@@ -15,11 +15,12 @@ from bematist.frames import euler_from_quaternion, heading_deg_from_yaw
 from bematist.recording import Reference
 from bematist.report import summary
 from bematist.report.decimate import extreme_indices
+from bematist.report.explanations import OFFSETS
 from bematist.report.page import header, page_data, panel_section, write_page
 from bematist.report.panels import broken, continuous
 from bematist.report.still import COLORS, dress, picture_path
 from bematist.report.subject import AXES, Panel
-from bematist.report.traces import Budget, Trace, line
+from bematist.report.traces import Budget, Trace, band, line
 
 if TYPE_CHECKING:
     from bematist.evaluate import AttitudeEvaluation
@@ -59,7 +60,8 @@ def write_attitude_page(
     if len(evaluations) not in (0, len(attitudes)):
         raise UsageError(f"There are {len(attitudes)} filters and {len(evaluations)} evaluations: give one for each.")
     first = attitudes[0]
-    figures = [*_angles(attitudes, reference), *_errors(attitudes, evaluations), *_offsets(attitudes)]
+    offsets = [_offsets(attitudes, quantity) for quantity in ("gyro_bias", "hard_iron")]
+    figures = [*_angles(attitudes, reference), *_errors(attitudes, evaluations), *(p for p in offsets if p.traces)]
     name = Path(first.source).name if first.source else "Recording"
     names = ", ".join(a.filter for a in attitudes)
     body = "".join(
@@ -148,19 +150,27 @@ def _errors(attitudes: Sequence[Attitude], evaluations: Sequence[AttitudeEvaluat
     ]
 
 
-def _offsets(attitudes: Sequence[Attitude]) -> list[Panel]:
+def _offsets(attitudes: Sequence[Attitude], quantity: str) -> Panel:
+    """An offset as the filters believe it, one of `OFFSETS`; where one filter is drawn, with ±3σ."""
+    title, what, scale, unit, digits = OFFSETS[quantity]
     budget = Budget(3 * len(attitudes))
     traces: list[Trace] = []
+    alone = len(attitudes) == 1
     for k, a in enumerate(attitudes):
+        value = a.gyro_bias if quantity == "gyro_bias" else a.diagnostics.get(quantity, np.full((len(a), 3), np.nan))
+        sd = a.diagnostics.get(f"{quantity}_sd")
         for axis, (name, color, dash) in enumerate(AXES):
-            b = np.degrees(a.gyro_bias[:, axis])
-            alone = len(attitudes) == 1
+            b = scale * np.asarray(value[:, axis], float)
+            if not np.isfinite(b).any():
+                continue
             how = {"name": name, "color": color} if alone else {"name": f"{a.filter}, {name}", "color": f"@{k % 8}", "dash": dash}
-            if np.isfinite(b).any():
-                traces.append(line(a.time, b, budget.slow, hovertemplate="%{y:.3f} °/s", **how))
-    return (
-        [Panel("offset", "Gyroscope's offset", "offset (°/s)", traces, "As the filter believes it, in the body frame.")] if traces else []
-    )
+            if alone and sd is not None:
+                spread = 3 * scale * np.asarray(sd[:, axis], float)
+                traces += band(a.time, b - spread, b + spread, budget.slow, f"{color}/0.13", legendgroup=name)
+            hover = f"%{{y:.{digits}f}} {unit}"
+            traces.append(line(a.time, b, budget.slow, hovertemplate=hover, legendgroup=how["name"], **how))
+    note = "As the filter believes it, in the body frame" + (", with ±3 σ where it has one." if alone else ".")
+    return Panel("offset" if quantity == "gyro_bias" else "hard-iron", title, f"{what} ({unit})", traces, note)
 
 
 def _table(attitudes: Sequence[Attitude], evaluations: Sequence[AttitudeEvaluation]) -> str:

@@ -133,10 +133,17 @@ def _gated(drawn: Sequence[Subject], name: str, scale: float, reference: float |
     return traces
 
 
+OFFSETS = {
+    "gyro_bias": ("Gyroscope bias", "bias", float(np.degrees(1.0)), "°/s", 4),
+    "accel_bias": ("Accelerometer bias", "bias", 1.0, "m/s²", 4),
+    "hard_iron": ("Hard iron", "field", 1.0, "µT", 1),
+}
+"""Offsets of sensors, by the name of their diagnostic: title, what is drawn, in which unit, and how many digits are shown."""
+
+
 def bias(drawn: Sequence[Subject], quantity: str) -> Panel:
-    """Estimated biases of one sensor; where one trajectory is drawn, with ±3σ."""
-    gyro = quantity == "gyro_bias"
-    scale, unit = (float(np.degrees(1.0)), "°/s") if gyro else (1.0, "m/s²")
+    """Estimated offsets of one sensor, of `OFFSETS`; where one trajectory is drawn, with ±3σ."""
+    title, what, scale, unit, digits = OFFSETS[quantity]
     traces: list[Trace] = []
     for s in drawn:
         value, sd = s.diagnostic(quantity, 3), s.diagnostic(quantity + "_sd", 3)
@@ -149,8 +156,19 @@ def bias(drawn: Sequence[Subject], quantity: str) -> Panel:
                 spread = 3 * scale * sd[:, k]
                 traces += band(t, v - spread, v + spread, s.budget.slow, f"{color}/0.13", legendgroup=name)
             how = s.per_axis(name, color, dash)
-            hover = "%{y:.4f} " + unit
+            hover = f"%{{y:.{digits}f}} {unit}"
             traces.append(line(t, v, s.budget.slow, hovertemplate=hover, legendgroup=how["name"], **how))
-    title = "Gyroscope bias" if gyro else "Accelerometer bias"
     note = "Body axes" + (", with ±3 σ." if len(drawn) == 1 else ".")
-    return Panel(quantity.replace("_", "-"), title, f"bias ({unit})", traces, note)
+    return Panel(quantity.replace("_", "-"), title, f"{what} ({unit})", traces, note)
+
+
+def evidence(drawn: Sequence[Subject]) -> Panel:
+    """Evidence for hard iron."""
+    traces: list[Trace] = []
+    for s in drawn:
+        value = s.diagnostic("hard_iron_evidence")
+        if value is not None:
+            name = s.name or "ln of evidence"
+            traces.append(line(s.trajectory.time, value, s.budget.slow, s.color, name, hovertemplate="%{y:.1f}"))
+    note = "ln of how much likelier the readings of the magnetometer are with hard iron than without; below 0 they speak against it."
+    return Panel("hard-iron-evidence", "Evidence of hard iron", "ln", traces, note)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bematist.recording import Reference
 from bematist.report.constraints import hdr, maru, pace, zaru
-from bematist.report.explanations import bias, field_norm, inclination, innovation, nis, statistic
+from bematist.report.explanations import OFFSETS, bias, evidence, field_norm, inclination, innovation, nis, statistic
 from bematist.report.fields import earth_heading, field_nis, verdicts
 from bematist.report.gait import frequency, length, modes
 from bematist.report.subject import AXES, Panel, Subject
@@ -27,7 +27,7 @@ def panels(drawn: Sequence[Subject], reference: Reference | None = None) -> list
     stood = (statistic, pace, innovation, nis, zaru, hdr)
     builders = (*gait, speed, tilt, heading, uncertainty, *stood, field_norm, inclination, maru, verdicts, field_nis, earth_heading)
     found = [height(drawn, reference), *(build(drawn) for build in builders)]
-    found += [bias(drawn, quantity) for quantity in ("gyro_bias", "accel_bias")]
+    found += [*(bias(drawn, quantity) for quantity in OFFSETS), evidence(drawn)]
     return [panel for panel in found if panel.traces]
 
 
