@@ -113,7 +113,7 @@ def leaves(model, prefix=""):
 
 def test_every_parameter_is_explained():
     table = (ROOT / "docs" / "parameters.md").read_text("utf-8")
-    prose = "".join((ROOT / "docs" / name).read_text("utf-8") for name in ("foot.md", "stance.md"))
+    prose = "".join((ROOT / "docs" / name).read_text("utf-8") for name in ("foot.md", "stance.md", "hard-iron.md"))
     names = list(leaves(FootParameters()))
     assert len(names) > 30
     assert not [name for name in names if f"| `{name}` |" not in table]

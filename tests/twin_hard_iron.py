@@ -38,7 +38,7 @@ class Twin:
 
         H = np.stack([read(e) - read(0 * e) for e in np.eye(6)], 1)
         y = np.mean([A @ m for _, A, m, _ in self.block], axis=0)
-        square = y @ y
+        square = self.x[:3] @ self.x[:3] if self.known else y @ y
         R = p["sd"] ** 2 + square * p["delay_s"] ** 2 * np.mean([r**2 for *_, r in self.block])
         self.nis = np.nan
         if not (self.known and self.measure(H, y, R, square, end)):

@@ -121,7 +121,8 @@ def close(S, o, prm, p):
     for i in range(SUM_Y, COUNT):
         S[o + i] *= share
     y0, y1, y2 = S[o + SUM_Y], S[o + SUM_Y + 1], S[o + SUM_Y + 2]
-    square = y0 * y0 + y1 * y1 + y2 * y2
+    x = o + X if S[o + KNOWN] > 0 else o + SUM_Y
+    square = S[x] * S[x] + S[x + 1] * S[x + 1] + S[x + 2] * S[x + 2]
     variance = prm[p + NOISE] + square * prm[p + DELAY] * S[o + SUM_RATE]
     S[o + NIS] = math.nan
     if not (S[o + KNOWN] > 0 and measure(S, o, prm, p, y0, y1, y2, square, variance)):
