@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 
 import bematist as bm
+from bematist.earth import STANDARD_GRAVITY
 from bematist.foot import FootIns, FootParameters
 from bematist.hand import HandPdrParameters
 from bematist.methods import METHODS
@@ -261,6 +262,18 @@ def test_a_knock_during_the_rest_does_not_spoil_the_start():
     ins.run(r.replace(specific_force=f))
     assert ins.alignment is not None and ins.alignment.rest[0] > 80
     assert ins.alignment.gyro_bias_sd < 0.002
+
+
+def test_gravity_may_be_what_the_rest_shows():
+    """An accelerometer that reads 1 % too much, at rest and uncorrected: with g = 9.81 it rises by ½ 0.01 g t², with its own it stays."""
+    n = 600
+    louder = bm.Recording(
+        time=np.arange(n) / 200, specific_force=np.tile([0.0, 0.0, 1.01 * STANDARD_GRAVITY], (n, 1)), angular_rate=np.zeros((n, 3))
+    )
+    uncorrected = {"states": 9, "stance": {"rule": "absolute", "threshold": 1e-300}}
+    rise = {word: bm.track(louder, "zupt", initial={"gravity_from": word}, **uncorrected).position[-1, 2] for word in ("parameter", "rest")}
+    assert rise["parameter"] == pytest.approx(0.005 * STANDARD_GRAVITY * louder.time[-1] ** 2, rel=0.01)
+    assert abs(rise["rest"]) < 1e-9
 
 
 def test_a_gap_of_missing_values_is_measured_in_seconds():
