@@ -17,6 +17,7 @@ import bematist
 from bad_walk import csv, walk
 from bematist import config
 from bematist.cli import main
+from bematist.cli.app import COMMANDS
 from bematist.cli.job import judge, noted
 from bematist.cli.track import error_text
 from bematist.errors import DataError, UsageError
@@ -660,10 +661,12 @@ def test_the_documentation_names_every_command_and_option() -> None:
 
     import typer.main
 
-    from bematist.cli import app
+    from bematist.cli import app, load
 
+    load()
     text = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text("utf-8")
     group = typer.main.get_group(app)
+    assert set(group.commands) == set(COMMANDS)
     for name, one in group.commands.items():
         assert f"\n## {name}\n" in text
         options = {o for p in one.params for o in (*p.opts, *p.secondary_opts) if o.startswith("--")}

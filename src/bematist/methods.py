@@ -5,31 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, Literal
 
 from bematist.config import look_up, with_rule
 from bematist.earth import Earth, on_earth
 from bematist.errors import UsageError
-from bematist.foot import FootParameters
-from bematist.hand import GYINT, HAND, MAGYQ, QUEST, HandParameters, HandPdrParameters, pdr_parameters
 from bematist.recording import Recording
 from bematist.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from bematist.foot import FootIns
-    from bematist.hand import HandPdr
+    from bematist.foot import FootIns, FootParameters
+    from bematist.hand import HandPdr, HandPdrParameters
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method: what it is called, where it comes from, what it is good for, its parameters, and where the sensor is worn."""
+    """A method: what it is called, where it comes from, what it is good for, what makes its parameters, and where the sensor is worn."""
 
     name: str
     summary: str
     paper: str
     equations: str
-    parameters: FootParameters | HandPdrParameters
+    settings: Callable[[], FootParameters | HandPdrParameters]
     worn: Literal["shoe", "hand"] = "shoe"
+
+    @cached_property
+    def parameters(self) -> FootParameters | HandPdrParameters:
+        """Its parameters; a command imports the models of the method alone that it runs."""
+        return self.settings()
 
     @property
     def make(self) -> type[FootIns | HandPdr]:
@@ -43,36 +47,44 @@ class Method:
         return FootIns
 
 
-def _foot(**changes: Any) -> FootParameters:
-    return FootParameters().override(changes)
+def _foot(*changes: Mapping[str, Any], **more: Any) -> Callable[[], FootParameters]:
+    """Makes the parameters of the shoe's filter with the changes laid over one another."""
+
+    def make() -> FootParameters:
+        from bematist.foot import FootParameters
+
+        return reduce(FootParameters.override, (*changes, more), FootParameters())
+
+    return make
 
 
-def _li_wang(**changes: Any) -> FootParameters:
-    """Li & Wang Table 1. Its 0.01 m/s² and 0.01 rad/s are per sample at 100 Hz (erratum): times √0.01 s they are densities."""
-    return _foot(
-        states=9,
-        gravity=9.8,
-        stance={"detector": "gyro", "threshold": 0.6, "window_s": 0.05},
-        zero_velocity={"sd": 0.01},
-        noise={"angle_random_walk": 1e-3, "velocity_random_walk": 1e-3},
-        initial={"tilt_sd": math.radians(0.5)},
-    ).override(changes)
+LI_WANG = {
+    "states": 9,
+    "gravity": 9.8,
+    "stance": {"detector": "gyro", "threshold": 0.6, "window_s": 0.05},
+    "zero_velocity": {"sd": 0.01},
+    "noise": {"angle_random_walk": 1e-3, "velocity_random_walk": 1e-3},
+    "initial": {"tilt_sd": math.radians(0.5)},
+}
+"""Li & Wang Table 1. Its 0.01 m/s² and 0.01 rad/s are per sample at 100 Hz (erratum): times √0.01 s they are densities."""
+
+OFFSETS = {"states": 15, "noise": {"gyro_bias_walk": 1e-6, "accel_bias_walk": 1e-5}, "initial": {"accel_bias_sd": 0.02}}
+"""The offsets as states, and what Table 1 leaves open: their random walks, and the accelerometer's uncertainty at first.
+
+The gyroscope's is as uncertain as the rest at the start leaves it, about 5e-4 rad/s after 3 s.
+"""
 
 
-def _fifteen(**changes: Any) -> FootParameters:
-    """The same with the offsets as states, and what Table 1 leaves open: their random walks, and the accelerometer's uncertainty at first.
+def _hand(name: str, summary: str, paper: str, equations: str, attitude: str, **direction: float) -> Method:
+    """A method for the hand: the path's parameters with those of an attitude filter, a constant of `bematist.hand`."""
 
-    The gyroscope's is as uncertain as the rest at the start leaves it, about 5e-4 rad/s after 3 s.
-    """
-    offsets = {"noise": {"gyro_bias_walk": 1e-6, "accel_bias_walk": 1e-5}, "initial": {"accel_bias_sd": 0.02}}
-    return _li_wang(states=15).override(offsets).override(changes)
+    def make() -> HandPdrParameters:
+        from bematist import hand
 
+        length = {"pendulum": 0.5} if name == "hand" else {}
+        return hand.pdr_parameters(getattr(hand, attitude)).override({"direction": direction, "step_length": length})
 
-def _hand(name: str, summary: str, paper: str, equations: str, attitude: HandParameters, **direction: float) -> Method:
-    """A method for the hand: the path's parameters with those of an attitude filter."""
-    length = {"pendulum": 0.5} if name == "hand" else {}
-    parameters = pdr_parameters(attitude).override({"direction": direction, "step_length": length})
-    return Method(name, summary, paper, equations, parameters, "hand")
+    return Method(name, summary, paper, equations, make, "hand")
 
 
 _ZH = {"zaru": {"use": "rest"}, "hdr": {"use": "stance"}}
@@ -145,49 +157,49 @@ METHODS: dict[str, Method] = {
             "Nine states, no offsets, attitude by the gyroscope alone, stance by the angular rate.",
             "Li & Wang 2019",
             "1-15, 35, corrected",
-            _li_wang(),
+            _foot(LI_WANG),
         ),
         Method(
             "mahony-9",
             "Nine states with Mahony's attitude, without magnetometer; stance by the angular rate.",
             "Li & Wang 2019",
             "1-15, 29-35, corrected",
-            _li_wang(attitude={"propagation": "mahony"}),
+            _foot(LI_WANG, attitude={"propagation": "mahony"}),
         ),
         Method(
             "madgwick-9",
             "Nine states with Madgwick's attitude, without magnetometer; stance by the angular rate.",
             "Li & Wang 2019",
             "1-15, 24-28, 35, corrected",
-            _li_wang(attitude={"propagation": "madgwick"}),
+            _foot(LI_WANG, attitude={"propagation": "madgwick"}),
         ),
         Method(
             "15m",
             "Fifteen states with Madgwick's attitude, without magnetometer; stance by the angular rate.",
             "Li & Wang 2019",
             "1-15, 24-28, 35, corrected",
-            _fifteen(attitude={"propagation": "madgwick"}),
+            _foot(LI_WANG, OFFSETS, attitude={"propagation": "madgwick"}),
         ),
         Method(
             "15zh",
             "Fifteen states; the angular rate at rest is zero (ZARU) and straight walking stays straight (HDR). Not for curves.",
             "Li & Wang 2019, Jiménez et al. 2010",
             "1-15, 35, section 4.2, corrected",
-            _fifteen(**_ZH),
+            _foot(LI_WANG, OFFSETS, _ZH),
         ),
         Method(
             "15mzh",
             "15zh with Madgwick's attitude. Not for curves.",
             "Li & Wang 2019, Jiménez et al. 2010",
             "1-15, 24-28, 35, section 4.2, corrected",
-            _fifteen(attitude={"propagation": "madgwick"}, **_ZH),
+            _foot(LI_WANG, OFFSETS, _ZH, attitude={"propagation": "madgwick"}),
         ),
         Method(
             "15mzha",
             "15mzh with a stance threshold that follows the speed: slow, walking, running. Not for curves.",
             "Li & Wang 2019, Jiménez et al. 2010",
             "1-15, 24-28, 35, 36, section 4.2, corrected",
-            _fifteen(attitude={"propagation": "madgwick"}, **_ZH).override({"stance": {"threshold": None, "rule": "adaptive"}}),
+            _foot(LI_WANG, OFFSETS, _ZH, attitude={"propagation": "madgwick"}, stance={"threshold": None, "rule": "adaptive"}),
         ),
         _hand(
             "hand",
@@ -195,14 +207,14 @@ METHODS: dict[str, Method] = {
             "and the magnetic field where it looks like the Earth's.",
             "bematist",
             "MAGYQ 17-36, 47; gravity and heading in motion",
-            HAND,
+            "HAND",
         ),
         _hand(
             "gyint",
             "The same steps with MAGYQ's baseline for the heading: the gyroscope alone, less its offset in the rest at the start.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-19, 47, section 8.2.1",
-            GYINT,
+            "GYINT",
             heading_time_s=math.inf,
         ),
         _hand(
@@ -210,14 +222,14 @@ METHODS: dict[str, Method] = {
             "The same with its other baseline: attitude replaced wherever gravity or the Earth's field is detected by its norm.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-19, 33-34, 47, section 8.2.1",
-            QUEST,
+            "QUEST",
         ),
         _hand(
             "magyq",
             "The same with MAGYQ's filter: any static field, the Earth's or not, holds the heading. For fields that are really constant.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-47, corrected",
-            MAGYQ,
+            "MAGYQ",
         ),
     )
 }

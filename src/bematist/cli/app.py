@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import gc
+import importlib
 import io
 import os
 import signal
@@ -23,26 +24,27 @@ from bematist.errors import BematistError
 
 _UsageProblem: Any = typer.BadParameter.__mro__[2]  # click's ClickException, in whichever package typer keeps it
 
-ORDER = (
-    "demo",
-    "track",
-    "compare",
-    "attitude",
-    "evaluate",
-    "info",
-    "stance",
-    "steps",
-    "sync",
-    "allan",
-    "calibrate",
-    "earth",
-    "step-length",
-    "methods",
-    "convert",
-    "export",
-    "simulate",
-    "reproduce",
-)
+COMMANDS = {
+    "demo": "files",
+    "track": "track",
+    "compare": "compare",
+    "attitude": "attitude",
+    "evaluate": "evaluate",
+    "info": "look",
+    "stance": "look",
+    "steps": "steps",
+    "sync": "sync",
+    "allan": "allan",
+    "calibrate": "calibrate",
+    "earth": "earth",
+    "step-length": "step_length",
+    "methods": "look",
+    "convert": "files",
+    "export": "files",
+    "simulate": "simulate",
+    "reproduce": "reproduce",
+}
+"""The commands in the order of the help, and the module of each."""
 
 
 class Guarded(TyperGroup):
@@ -65,7 +67,7 @@ class Guarded(TyperGroup):
         return result if isinstance(result, int) else 0
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return [name for name in ORDER if name in self.commands]
+        return [name for name in COMMANDS if name in self.commands]
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -144,12 +146,19 @@ def main(args: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "µ" is no reason to fail
     _settle()
+    load(sys.argv[1:2] if args is None else args[:1])
     command = typer.main.get_group(app)
     assert isinstance(command, Guarded)
     with _ended_by_sigterm(), _numerical_noise_held():
         status = command.status(args)
     gc.freeze()  # or the interpreter, on its way out, looks for cycles in all that was imported: half a second
     return status
+
+
+def load(names: Sequence[str] = ()) -> None:
+    """Import the modules of these commands, or of all where none is among them: each registers its commands, which takes a while."""
+    for module in {COMMANDS[name] for name in names if name in COMMANDS} or set(COMMANDS.values()):
+        importlib.import_module(f"bematist.cli.{module}")
 
 
 def _settle() -> None:
