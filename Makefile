@@ -23,11 +23,12 @@ format: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
-# docs/accuracy.md: every recording at hand, by every method; the tables in docs/attitude.md and docs/map.md
+# docs/accuracy.md: every recording at hand, by every method; the tables in docs/attitude.md, docs/map.md, docs/pdr.md and docs/hard-iron.md
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/attitude.py
 	$(BIN)/python benchmarks/waypoints.py
+	$(BIN)/python benchmarks/hard_iron.py
 
 # the table of docs/stance.md: what was tried on runs
 tried: $(STAMP)

@@ -76,7 +76,7 @@ def summary(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
             "nis_mean": float(np.nanmean(nis)) if np.isfinite(nis).any() else math.nan,
             "blocks": int(last["blocks"]),
             "fields": int(last["fields"]),
-            "taken_out": bool(found["hard_iron_applied"][-1] > 0),
+            "taken_out": bool((found["hard_iron_applied"] > 0).any()),
         }
     }
 
@@ -88,20 +88,23 @@ def words(said: Mapping[str, Any]) -> str:
 
 
 def judge(time: Array, d: NDArray[np.float32], p: HardIronParameters) -> list[str]:
-    """A warning where it is found: times (N,), s, and its columns of the diagnostics."""
+    """A warning where it is found at the end, or was taken out at any time: times (N,), s, and its columns of the diagnostics."""
     named = diagnostics(d)
     if not named or not len(time):
         return []
     said = summary(named)["hard_iron"]
     length = math.hypot(*said["field_ut"])
-    if not (said["ln_evidence"] >= p.evidence and length >= p.least):
-        return []
     applied = named["hard_iron_applied"] > 0
-    then = (
-        f"It was taken out from {time[np.argmax(applied)] - time[0]:.0f} s on."
-        if said["taken_out"]
-        else "It was left in the readings (hard_iron.use = watch)."
-    )
+    found = said["ln_evidence"] >= p.evidence and length >= p.least
+    if not (found or applied.any()):
+        return []
+    if not applied.any():
+        then = "It was left in the readings (hard_iron.use = watch)."
+    else:
+        then = f"It was taken out from {time[np.argmax(applied)] - time[0]:.0f} s on"
+        then += f", for {100 * applied.mean():.0f} % of the time." if not applied[-1] else "."
+    if not found:
+        return [f"A field of the magnetometer's own was believed for a while, and at the end is doubtful: {words(said)}. {then}"]
     return [
         f"The magnetometer shows a field of its own of {length:.1f} µT ({words(said)}), hard iron that a calibration takes out: `bematist "
         f"calibrate`. {then}"

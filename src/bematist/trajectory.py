@@ -205,7 +205,7 @@ class Trajectory:
             "closure_m": closure,
             "closure_percent": percent_of(closure, distance),
             "start_m": [float(v) for v in self.position[0]],
-            "height_change_m": float(self.position[-1, 2] - self.position[0, 2]),
+            "height_change_m": float(self.position[-1, 2] - self.position[0, 2]) if self.has_height else None,
             "north": self.north,
             **({"stance_fraction": float(self.stance.mean())} if self.steps is None else {"steps": len(self.steps)}),
             "position_sd_m": [float(s) for s in self.position_sd[-1]],

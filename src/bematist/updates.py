@@ -63,7 +63,7 @@ class HardIronParameters(Parameters):
         "changed at once: the field is begun anew.",
     )
     evidence: float = Field(
-        default=10.0,
+        default=20.0,
         gt=0,
         description="ln of how much likelier the readings are with hard iron than without, from which on it counts as found. Larger: later "
         "and surer.",

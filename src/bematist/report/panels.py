@@ -140,7 +140,7 @@ def uncertainty(drawn: Sequence[Subject]) -> Panel:
             plan = np.sqrt((xx + yy) / 2 + np.sqrt(((xx - yy) / 2) ** 2 + xy**2))
             plan = np.where(np.isfinite(plan), plan, np.sqrt(np.maximum(xx, yy)))
         for value, name, color, dash in ((plan, "plan", "@0", "solid"), (np.sqrt(P[:, 5]), "height", "@1", "dot")):
-            if np.isfinite(value).any():
+            if np.isfinite(value).any() and (name == "plan" or s.trajectory.has_height):
                 how = s.per_axis(name, color, dash)
                 traces.append(line(s.trajectory.time, value, s.budget.slow, hovertemplate="%{y:.3f} m", **how))
     note = "One standard deviation as the filter sees it; in the plan along the longest axis of the ellipse."

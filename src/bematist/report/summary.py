@@ -40,6 +40,7 @@ def clock(seconds: float) -> str:
 def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
     """The summary of one trajectory."""
     s = trajectory.summary()
+    above = f"; height {number(s['position_sd_m'][2], 'm')}" if trajectory.has_height else ""
     found = [
         (
             "Distance",
@@ -49,7 +50,7 @@ def cards(trajectory: Trajectory, evaluation: Evaluation | None) -> str:
         ("Duration", clock(s["duration_s"]), f"{number(s['samples'], '', 0)} samples at {rate(trajectory)}"),
         ("Closure", number(s["closure_m"], "m"), _percent(s["closure_percent"], "of the distance, end to start")),
         _risen(trajectory, s["height_change_m"]),
-        ("Uncertainty at the end", plan_sd(trajectory), f"1 σ in plan; height {number(s['position_sd_m'][2], 'm')}"),
+        ("Uncertainty at the end", plan_sd(trajectory), "1 σ in plan" + above),
         _feet(trajectory),
         ("North", *NORTH[trajectory.north]),
         ("Processing", spent(s["processing_s"]), pace(trajectory)),
@@ -97,9 +98,9 @@ def _percent(value: object, what: str = "") -> str:
     return f"{number(value, '%', 1 if isinstance(value, float) and value >= 1 else 2)} {what}".strip()
 
 
-def signed(value: float, unit: str) -> str:
+def signed(value: float | None, unit: str) -> str:
     shown = number(value, unit)
-    return "+" + shown if value >= 0.005 else shown
+    return "+" + shown if value is not None and value >= 0.005 else shown
 
 
 def rate(trajectory: Trajectory) -> str:
