@@ -76,7 +76,7 @@ def test_a_damaged_file_and_one_of_other_sources_are_not_used(folder: Path, said
 
 
 def test_a_change_in_any_file_that_is_inlined_is_seen():
-    assert {"error_state.py", "stance.py", "layout.py", "foot.py", "strapdown.py"} <= {name for name, *_ in compiled._sources()}
+    assert {"error_state.py", "stance.py", "layout.py", "foot.py", "strapdown.py"} <= {name for name, *_ in jit.sources()}
 
 
 @only_own

@@ -85,6 +85,13 @@ def test_a_variant_saved_and_restored_in_the_middle(name):
         assert_same_bits(whole, [first, other.update(rows[cut:]), other.finish()])
 
 
+def test_a_state_of_other_kernels_is_refused():
+    ins = FootIns()
+    ins.update(RECORDING.samples()[:1300])
+    with pytest.raises(bm.UsageError, match="another version of bematist"):
+        FootIns.restore({**ins.save(), "version": "0"})
+
+
 def parts(trajectory):
     yield trajectory.time
     yield trajectory.position

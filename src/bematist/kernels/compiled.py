@@ -23,10 +23,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from bematist.kernels.jit import FOLDER, SOURCES, sources
+
 if TYPE_CHECKING:
     from bematist.kernels.jit import Kernel
 
-FOLDER = Path(__file__).parent
 HARMLESS = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"}
 _BARE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -51,7 +52,8 @@ def entry(
             if found is None:
                 with announce(kernel.name):
                     found = _compiled(kernel, name, arguments)
-                _write(name, *found)
+                if sources() == SOURCES:  # else the code is of files that are no longer there
+                    _write(name, *found)
             return _loaded(name, *found)
     with announce(kernel.name):
         _ready(kernel.dispatcher, arguments)
@@ -66,18 +68,15 @@ def _name(kernel: Kernel, kinds: tuple[str | int, ...]) -> str:
     from llvmlite import binding as llvm
 
     processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    what = kinds, processor, sys.version_info[:3], np.__version__, version("numba"), version("llvmlite"), str(FOLDER)
+    file = Path(kernel.function.__code__.co_filename)
+    own = (0, 0) if file.parent == FOLDER else (file.stat().st_mtime_ns, file.stat().st_size)  # a kernel may be defined elsewhere
+    what = own, kinds, processor, sys.version_info[:3], np.__version__, version("numba"), version("llvmlite"), str(FOLDER)
     return f"{kernel.name}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
-
-
-def _sources() -> tuple[tuple[str, int, int], ...]:
-    """Changes when any file of this folder does: a kernel has code of several files inlined."""
-    return tuple((f.name, f.stat().st_mtime_ns, f.stat().st_size) for f in sorted(FOLDER.glob("*.py")))
 
 
 @functools.cache
 def _stamp() -> bytes:
-    return hashlib.sha256(repr(_sources()).encode()).hexdigest().encode()
+    return hashlib.sha256(repr(SOURCES).encode()).hexdigest().encode()
 
 
 def _folders() -> Iterator[Path]:
@@ -86,7 +85,8 @@ def _folders() -> Iterator[Path]:
         yield Path(told) / "bematist"
         return
     yield FOLDER / "__pycache__"
-    yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "bematist"
+    with suppress(RuntimeError):  # nobody's home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "bematist"
 
 
 def _read(name: str) -> tuple[bool, bytes] | None:
@@ -197,7 +197,7 @@ def dispatcher(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     # numba looks only whether the file of the kernel itself has changed, not at those of what is inlined into it.
     cache_file = getattr(getattr(made, "_cache", None), "_cache_file", None)
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
-        cache_file._source_stamp = _sources()
+        cache_file._source_stamp = SOURCES
     return made
 
 

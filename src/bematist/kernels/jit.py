@@ -15,6 +15,7 @@ import time
 from array import array
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,17 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 
 announce: Callable[[str], AbstractContextManager[object]] = nullcontext
 """Called with the name of a kernel that must be compiled, which takes seconds; what it returns is entered meanwhile. For a command line."""
+
+FOLDER = Path(__file__).parent
+
+
+def sources() -> tuple[tuple[str, int, int], ...]:
+    """Changes when any file of this folder does: a kernel has code of several files inlined."""
+    return tuple((f.name, f.stat().st_mtime_ns, f.stat().st_size) for f in sorted(FOLDER.glob("*.py")))
+
+
+SOURCES = sources()
+"""The files as they were imported: what is compiled later is theirs, whatever has become of them."""
 
 _lock = threading.RLock()
 _preparing_s = 0.0
