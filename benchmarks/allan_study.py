@@ -86,12 +86,11 @@ def compute(case: Settings) -> Found:
     rows = [{key: row[key] for key in keys} for row in found.coefficients() if row["symbol"] != "0.664 B"]
     known = truths(sensor)
     told = {(r["sensor"], r["axis"], r["symbol"]) for r in rows}
-    # A correlation time is told only where there is a process; a Gauss-Markov process that was not found has no bound.
     rows += [
         {"sensor": s, "axis": a, "symbol": c, "found": False, "value": None, "low": None, "high": None, "unit": ""}
         for s, c in known
         for a in "xyz"
-        if (s, a, c) not in told
+        if (s, a, c) not in told and c != "T"  # a correlation time is told only where there is a process
     ]
     return Found([{**r, "truth": known.get((r["sensor"], r["symbol"]))} for r in rows if r["found"] or (r["sensor"], r["symbol"]) in known])
 

@@ -200,7 +200,8 @@ def test_what_does_not_fit_is_left_out_with_its_reason() -> None:
 
 
 def curve_of(**coefficients: Estimate) -> SensorAllan:
-    fit = Fit(coefficients, None, {}, 0.0, 0.01, 0, 1.0, 5, np.ones(2))
+    doubtful = tuple(name for name, found in coefficients.items() if found.low <= 0)
+    fit = Fit(coefficients, None, {}, doubtful, 0.0, 0.01, 0, 1.0, 5, np.ones(2))
     taus = np.array([1.0, 2.0])
     axes = np.ones((2, 1))
     return SensorAllan("gyroscope", ("x",), 100.0, 1000, taus, axes, axes, axes, axes, taus, axes, (fit,))
@@ -215,7 +216,8 @@ def test_noise_block_leaves_out_what_is_not_significant() -> None:
         assert taken.noise(100.0)["gyro_bias_walk"] == pytest.approx(walk, rel=1e-3)
         left = AllanResult({"gyroscope": curve_of(white=white, **{name: doubtful}), "accelerometer": accelerometer}, 0, 1)
         assert left.noise() == {"angle_random_walk": 1e-4, "velocity_random_walk": 1e-4}
-        assert left.left_out()[0].startswith("gyro_bias_walk is left out")
+        assert left.left_out()[0].endswith("is left out: its interval reaches down to 0")
+        assert left.left_out()[1].startswith("gyro_bias_walk is left out")
         assert "gyro_bias_walk =" not in left.to_toml()
 
 

@@ -60,6 +60,7 @@ class Fit:
     coefficients : noise → coefficient in SI (Q, N, B, K, R, and the standard deviation of the Gauss-Markov process).
     correlation : its correlation time, s; None where there is none.
     bounds : noise that was not found → the largest coefficient (95 %, one-sided) that could have been missed.
+    doubtful : noises that were found and could be none, the other ones of those found taking their place.
     departure : relative departure of the variances from the model that the intervals allow for; 0 where the model explains them.
     from_s : the shortest averaging time that was fitted, s.
     skipped : how many shorter ones were left out, because the samples are smoothed (filtered, held or interpolated).
@@ -70,6 +71,7 @@ class Fit:
     coefficients: Mapping[str, Estimate]
     correlation: Estimate | None
     bounds: Mapping[str, float]
+    doubtful: tuple[str, ...]
     departure: float
     from_s: float
     skipped: int
@@ -148,10 +150,10 @@ def fit_noises(variance: Array, overlap: Overlap, noises: Sequence[str] = NOISES
         misfit = (whole.chi2, len(v) - whole.parameters)
     else:
         misfit = (found.chi2, len(v) - skipped - found.parameters)
-    coefficients, correlation, bounds = _intervals(found, v[skipped:], part, candidates, scale)
+    coefficients, correlation, bounds, doubtful = _intervals(found, v[skipped:], part, candidates, scale)
     own = np.diag(overlap.covariance(found.squares, found.correlation_s))
     model = shapes(list(found.squares), overlap.taus, found.correlation_s) @ np.array(list(found.squares.values()))
-    return Fit(coefficients, correlation, bounds, departure, float(part.taus[0]), skipped, *misfit, 2 * model**2 / own)
+    return Fit(coefficients, correlation, bounds, doubtful, departure, float(part.taus[0]), skipped, *misfit, 2 * model**2 / own)
 
 
 def _misfits(found: _State, values: int) -> bool:
@@ -259,16 +261,22 @@ def _departure(v: Array, overlap: Overlap, found: _State, freedom: int) -> float
 
 def _intervals(
     found: _State, v: Array, overlap: Overlap, candidates: Sequence[str], scale: float
-) -> tuple[dict[str, Estimate], Estimate | None, dict[str, float]]:
-    """The coefficients that were found, the correlation time, and the bounds of the others."""
+) -> tuple[dict[str, Estimate], Estimate | None, dict[str, float], tuple[str, ...]]:
+    """The coefficients that were found, the correlation time, the bounds of the others, and which of those found may be none."""
     names = [n for n, x in found.squares.items() if x > 0]
-    profile = Profile(
-        v, overlap.taus, _whitening(found.covariance), [n for n in candidates if n != MARKOV or n in names], found.correlation_s
-    )
-    coefficients = {}
+    whiten = _whitening(found.covariance)
+    seen = [n for n in candidates if n != MARKOV or n in names]
+    plain = Profile(v, overlap.taus, whiten, seen, found.correlation_s)
+    # A Gauss-Markov process that was not found may still hide behind the others, at any correlation time.
+    hidden = Profile(v, overlap.taus, whiten, candidates, np.nan) if len(seen) < len(candidates) else plain
+    coefficients, doubtful = {}, []
     for noise in names:
-        low, high = profile.interval(noise, found.squares[noise])
-        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (found.squares[noise], low, high)))
-    correlation = Estimate(found.correlation_s, *profile.correlation_interval()) if MARKOV in names else None
-    bounds = {n: float(np.sqrt(scale * profile.bound(n))) for n in candidates if n not in names and n != MARKOV}
-    return coefficients, correlation, bounds
+        square = found.squares[noise]
+        ends = [profile.interval(noise, square) for profile in {plain, hidden}]
+        low, high = min(e[0] for e in ends), max(e[1] for e in ends)
+        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (square, low, high)))
+        if plain.interval(noise, square)[0] <= 0:
+            doubtful.append(noise)
+    correlation = Estimate(found.correlation_s, *plain.correlation_interval()) if MARKOV in names else None
+    bounds = {n: float(np.sqrt(scale * max(p.bound(n) for p in {plain, hidden} if n in p.noises))) for n in candidates if n not in names}
+    return coefficients, correlation, bounds, tuple(doubtful)

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 LEVEL = 0.95
 _RISE = float(ndtri((1 + LEVEL) / 2)) ** 2
 _RISE_ONE_SIDED = float(ndtri(LEVEL)) ** 2
+FASTEST = 3.0
+"""Correlation time of a hidden Gauss-Markov process, at least, in shortest averaging times: a faster one is white."""
+_TIMES = 24
 _FURTHEST = 1e4
 """An interval does not reach further than this factor from the estimate."""
 
@@ -25,12 +28,16 @@ class Profile:
     """The weighted misfit with one coefficient held.
 
     The noises that were not found may come in with any coefficient that is not negative: an interval must not be narrow only because a
-    noise that hides behind another was left out. A Gauss-Markov process takes part where it was found, its correlation time free.
+    noise that hides behind another was left out. A Gauss-Markov process that was found takes part with a correlation time near its own;
+    one that was not (`correlation_s` NaN) with any within the averaging times.
     """
 
     def __init__(self, v: Array, taus: Array, whiten: Array, noises: Sequence[str], correlation_s: float) -> None:
         self.v, self.taus, self.whiten, self.noises = whiten @ v, taus, whiten, list(noises)
         self.correlation_s = correlation_s
+        self.hidden = MARKOV in self.noises and bool(np.isnan(correlation_s))
+        self.times = np.geomspace(FASTEST * taus[0], taus[-1], _TIMES)
+        self.least = self._over_correlation(lambda t: self._misfit(None, 0.0, t))
 
     def _misfit(self, held: str | None, square: float, correlation_s: float) -> float:
         """Least misfit with the coefficient of `held` as given."""
@@ -42,9 +49,11 @@ class Profile:
         return nnls(rest, self.v - design[:, k] * square)[1] ** 2
 
     def _over_correlation(self, misfit: Callable[[float], float]) -> float:
-        """The least misfit over correlation times within a factor of 10 of the estimate."""
+        """The least misfit over correlation times within a factor of 10 of the estimate, or over all of them."""
         if MARKOV not in self.noises:
             return misfit(self.correlation_s)
+        if self.hidden:
+            return min(map(misfit, self.times))
         around = np.log(self.correlation_s) + np.array([-2.3, 2.3])
         found: Any = minimize_scalar(lambda x: misfit(float(np.exp(x))), bounds=around, method="bounded", options={"xatol": 0.02})
         return min(float(found.fun), misfit(self.correlation_s))
@@ -60,7 +69,9 @@ class Profile:
             return self._over_correlation(lambda t: self._misfit(noise, x, t)) - limit
 
         limit = 0.0
-        limit = rise(square) + _RISE
+        own = rise(square)
+        # With a hidden process the misfit may fall; what was found stays within its interval even so.
+        limit = own + _RISE if not self.hidden else max(self.least + _RISE, own + 0.001)
         low = 0.0 if rise(0.0) <= 0 else _crossing(rise, square, 1 / _FURTHEST)
         return low, square * float(np.exp(min(_crossing(rise, square, _FURTHEST) / square - 1, 50.0)))
 
@@ -77,10 +88,22 @@ class Profile:
     def bound(self, noise: str) -> float:
         """The largest squared coefficient, one-sided, of a noise that was not found."""
         k = self.noises.index(noise)
-        design = self.whiten @ shapes(self.noises, self.taus, self.correlation_s)
-        sd = 1 / float(np.sqrt(np.sum(design[:, k] ** 2)))
-        limit = self._misfit(noise, 0.0, self.correlation_s) + _RISE_ONE_SIDED
-        return _crossing(lambda x: self._misfit(noise, x, self.correlation_s) - limit, 1e-3 * sd, _FURTHEST)
+        times = self.times if self.hidden else [self.correlation_s]
+        none = self._over_correlation(lambda t: self._misfit(noise, 0.0, t))
+        limit = none + _RISE_ONE_SIDED if not self.hidden else max(self.least + _RISE_ONE_SIDED, none + 0.001)
+        if noise != MARKOV:
+            sd = min(self._scale(k, t) for t in times)
+            return _crossing(lambda x: self._over_correlation(lambda t: self._misfit(noise, x, t)) - limit, 1e-3 * sd, _FURTHEST)
+        found = [
+            _crossing(lambda x, t=t: self._misfit(noise, x, t) - limit, 1e-3 * self._scale(k, t), _FURTHEST)
+            for t in times
+            if self._misfit(noise, 1e-3 * self._scale(k, t), t) < limit
+        ]
+        return max(found, default=0.0)
+
+    def _scale(self, k: int, correlation_s: float) -> float:
+        """The squared coefficient of a noise alone that would stand out by one standard deviation."""
+        return 1 / float(np.sqrt(np.sum((self.whiten @ shapes(self.noises, self.taus, correlation_s))[:, k] ** 2)))
 
 
 def _crossing(rise: Callable[[float], float], start: float, factor: float) -> float:

@@ -93,14 +93,16 @@ class SensorAllan:
     def drift(self, horizon_s: float) -> float | None:
         """The random walk with the same Allan deviation at an averaging time as all that was found besides white noise; None without.
 
-        Of the axes that the noises describe (`Fit.good`). A noise whose interval reaches down to 0 may be none, and is left out.
+        The mean of the axes that the noises describe (`Fit.good`). A noise that may be none (`Fit.doubtful`) is left out, and an axis where
+        nothing else is slow with it.
         """
         slow = []
         for fit in self.fits:
             if fit is not None and fit.good:
-                doubtful = (name for name, found in fit.coefficients.items() if found.low <= 0)
-                fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()), *doubtful)
-                slow.append(float(fit.variance(np.array([horizon_s]), without=fast)[0]))
+                fast = ("white", "quantisation", *(("markov",) if _fast(fit) else ()), *fit.doubtful)
+                left = float(fit.variance(np.array([horizon_s]), without=fast)[0])
+                if left > 0 or not fit.doubtful:
+                    slow.append(left)
         return float(np.sqrt(3 * np.mean(slow) / horizon_s)) if slow and max(slow) > 0 else None
 
 
@@ -181,6 +183,12 @@ class AllanResult:
             s = self[sensor]
             poor = [axis for axis, fit in zip(s.axes, s.fits, strict=True) if fit is None or not fit.good]
             out += [f"{sensor} {axis} is left out: {s.verdicts()[axis]}" for axis in poor]
+            out += [
+                f"{sensor} {axis}: {sheet.WORDS[noise]} {sheet.SYMBOLS[noise]} is left out: its interval reaches down to 0"
+                for axis, fit in zip(s.axes, s.fits, strict=True)
+                if fit is not None and fit.good
+                for noise in fit.doubtful
+            ]
             if len(poor) == len(s.axes):
                 out.append(f"{white} and {walk} are left out: no axis is fitted")
             elif s.drift(horizon_s) is None:
