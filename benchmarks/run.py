@@ -206,7 +206,7 @@ def main() -> None:
             # What the native filter does not do (AHRS, more updates) has no aim.
             aim = "≤ 1.3" if method in NATIVE_METHODS else "–"
             table.append((f"`{method}`, detector and covariances included, against native C++", f"{ratio:.2f}", aim))
-        # On a shared core this one slows more than the native one (medians from 1.1 to 1.7 with the same code): the least times stand beside.
+        # On a shared core this one slows more than the native one (medians from 1.1 to 1.7 with the same code): least times beside.
         ratio = float(np.median(np.array(times["detector"]) / times["native detector"]))
         least = min(times["detector"]) / min(times["native detector"])
         table.append(("stance detector alone against native C++", f"{ratio:.2f}; {least:.2f} by the least times", "≤ 1.25"))
