@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bematist.kernels.jit import FOLDER, SOURCES, sources
+from bematist.kernels.jit import FOLDER, SOURCES, STAMP, sources
 
 if TYPE_CHECKING:
     from bematist.kernels.jit import Kernel
@@ -74,11 +74,6 @@ def _name(kernel: Kernel, kinds: tuple[str | int, ...]) -> str:
     return f"{kernel.name}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
 
 
-@functools.cache
-def _stamp() -> bytes:
-    return hashlib.sha256(repr(SOURCES).encode()).hexdigest().encode()
-
-
 def _folders() -> Iterator[Path]:
     """Where files are looked for, and written if that can be: as with numba, beside the sources or else in the user's own cache."""
     if told := os.environ.get("NUMBA_CACHE_DIR"):
@@ -95,14 +90,14 @@ def _read(name: str) -> tuple[bool, bytes] | None:
         with suppress(OSError, ValueError):
             head, code = (folder / f"{name}.code").read_bytes().split(b"\n", 1)
             stamp, digest, result = head.split()
-            if stamp == _stamp() and digest == hashlib.sha256(code).hexdigest().encode():
+            if stamp.decode() == STAMP and digest == hashlib.sha256(code).hexdigest().encode():
                 return result == b"result", code
     return None
 
 
 def _write(name: str, result: bool, code: bytes) -> None:
     """Keep code for the next process; a process that reads meanwhile sees all of it or nothing."""
-    head = b" ".join((_stamp(), hashlib.sha256(code).hexdigest().encode(), b"result" if result else b"none"))
+    head = b" ".join((STAMP.encode(), hashlib.sha256(code).hexdigest().encode(), b"result" if result else b"none"))
     for folder in _folders():
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import hashlib
 import struct
 import threading
 import time
@@ -32,13 +33,15 @@ announce: Callable[[str], AbstractContextManager[object]] = nullcontext
 FOLDER = Path(__file__).parent
 
 
-def sources() -> tuple[tuple[str, int, int], ...]:
-    """Changes when any file of this folder does: a kernel has code of several files inlined."""
-    return tuple((f.name, f.stat().st_mtime_ns, f.stat().st_size) for f in sorted(FOLDER.glob("*.py")))
+def sources() -> tuple[tuple[str, str], ...]:
+    """The files of this folder and digests of what they hold: a kernel has code of several files inlined."""
+    return tuple((f.name, hashlib.sha256(f.read_bytes()).hexdigest()) for f in sorted(FOLDER.glob("*.py")))
 
 
 SOURCES = sources()
 """The files as they were imported: what is compiled later is theirs, whatever has become of them."""
+STAMP = hashlib.sha256(repr(SOURCES).encode()).hexdigest()
+"""The version of the kernels: of their code, and of how a state is laid out that they go on from."""
 
 _lock = threading.RLock()
 _preparing_s = 0.0
