@@ -19,7 +19,6 @@ from bematist.kernels.hand_fields import (
 from bematist.kernels.hand_layout import BA, FREF, LAST_F, LAST_F_KNOWN, LAST_M, LAST_M_KNOWN, LAST_M_TIME, MREF, ROW, Q
 from bematist.kernels.hand_quest import headed, levelled, two_vectors
 from bematist.kernels.jit import apart, inlined
-from bematist.kernels.layout import LEAST_HORIZONTAL
 from bematist.kernels.rotation import matrix
 
 FIELD_INDEX, FORCE_INDEX = 0, at.INDEX_EACH
@@ -244,14 +243,11 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
 
 @inlined
 def refer(S, e, n, u):
-    """The Earth's field, from now on; False, and nothing done, where it could give no heading."""
-    horizontal = math.sqrt(e * e + n * n)
-    norm = math.sqrt(e * e + n * n + u * u)
-    if not horizontal > LEAST_HORIZONTAL * norm:
-        return False
+    """The Earth's field, from now on, where it gives a heading."""
+    if not iron.points(e, n, u):
+        return
     S[at.EARTH_E], S[at.EARTH_N], S[at.EARTH_U] = e, n, u
-    S[at.EARTH_NORM], S[at.EARTH_INCLINATION] = norm, -math.atan2(u, horizontal)
-    return True
+    S[at.EARTH_NORM], S[at.EARTH_INCLINATION] = math.sqrt(e * e + n * n + u * u), -math.atan2(u, math.sqrt(e * e + n * n))
 
 
 @apart
@@ -261,11 +257,8 @@ def hard_iron(S, prm, dt, w0, w1, w2, lost, diag, k):
     changed = iron.step(S, o, prm, p, S[ROW], dt, w0, w1, w2, S[ROW + 7], S[ROW + 8], S[ROW + 9], True, False, lost)
     if changed and prm[p] == iron_layout.CORRECT:
         e, n, u = iron.reference(S, o, prm, p, prm[at.START_E], prm[at.START_N], prm[at.START_U])
-        if not refer(S, e, n, u):
-            S[o + iron_layout.APPLIED] = 0.0
-            refer(S, prm[at.START_E], prm[at.START_N], prm[at.START_U])
-    iron.take_out(S, o, ROW + 7)
-    iron.tell(S, o, changed, diag, k, at.IRON_DIAG)
+        refer(S, e, n, u)
+    iron.settle(S, o, ROW + 7, changed, diag, k, at.IRON_DIAG)
 
 
 @inlined

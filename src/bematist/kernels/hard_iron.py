@@ -67,6 +67,7 @@ from bematist.kernels.hard_iron_layout import (
 )
 from bematist.kernels.innovation import factor, whiten
 from bematist.kernels.jit import apart, inlined
+from bematist.kernels.layout import LEAST_HORIZONTAL
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
 
 
@@ -233,20 +234,29 @@ def tell(S, o, closed, diag, k, d):
 
 @inlined
 def reference(S, o, prm, p, e, n, u):
-    """The reference (e, n, u) of the start, less what b did to it there."""
+    """The reference (e, n, u) of the start, less what b did to it there; where that could give no heading, b stays in and so does it."""
     a = S[o + APPLIED]
     b0, b1, b2 = a * S[o + B], a * S[o + B + 1], a * S[o + B + 2]
     f = p + FROM
-    return (
-        e - (prm[f] * b0 + prm[f + 1] * b1 + prm[f + 2] * b2),
-        n - (prm[f + 3] * b0 + prm[f + 4] * b1 + prm[f + 5] * b2),
-        u - (prm[f + 6] * b0 + prm[f + 7] * b1 + prm[f + 8] * b2),
-    )
+    x = e - (prm[f] * b0 + prm[f + 1] * b1 + prm[f + 2] * b2)
+    y = n - (prm[f + 3] * b0 + prm[f + 4] * b1 + prm[f + 5] * b2)
+    z = u - (prm[f + 6] * b0 + prm[f + 7] * b1 + prm[f + 8] * b2)
+    if points(x, y, z):
+        return x, y, z
+    S[o + APPLIED] = 0.0
+    return e, n, u
 
 
 @inlined
-def take_out(S, o, m):
-    """The magnetometer sample in S[m:] less b, where that is taken out."""
+def points(e, n, u):
+    """Whether a field has a horizontal part that gives a heading."""
+    return math.sqrt(e * e + n * n) > LEAST_HORIZONTAL * math.sqrt(e * e + n * n + u * u)
+
+
+@inlined
+def settle(S, o, m, changed, diag, k, d):
+    """The magnetometer sample in S[m:] less b, where that is taken out, and what is known of b in row k of the diagnostics."""
     if S[o + APPLIED] > 0:
         for i in range(3):
             S[m + i] -= S[o + B + i]
+    tell(S, o, changed, diag, k, d)

@@ -59,15 +59,13 @@ def quaternion(c0, c1, c2, c3, c4, c5, c6, c7, c8):
 
 @inlined
 def refer(S, e, n, u):
-    """The undisturbed field, from now on; False, and nothing done, where it could give no heading."""
-    horizontal = math.sqrt(e * e + n * n)
-    norm = math.sqrt(e * e + n * n + u * u)
-    if not horizontal > at.LEAST_HORIZONTAL * norm:
-        return False
+    """The undisturbed field, from now on, where it gives a heading."""
+    if not iron.points(e, n, u):
+        return
+    horizontal, norm = math.sqrt(e * e + n * n), math.sqrt(e * e + n * n + u * u)
     S[at.FIELD_NORM], S[at.FIELD_INCLINATION] = norm, -math.asin(u / norm)
     S[at.FIELD_E], S[at.FIELD_N], S[at.FIELD_U] = e, n, u
     S[at.NORTH_E], S[at.NORTH_N] = e / horizontal, n / horizontal
-    return True
 
 
 @apart
@@ -83,11 +81,8 @@ def hard_iron(S, prm, dt, standing, lost, diag, k):
     changed = iron.step(S, o, prm, p, S[ROW], dt, w0, w1, w2, m0, S[ROW + 8], S[ROW + 9], not standing, not standing, lost)
     if changed and prm[p] == iron_layout.CORRECT:
         e, n, u = iron.reference(S, o, prm, p, prm[at.START_E], prm[at.START_N], prm[at.START_U])
-        if not refer(S, e, n, u):
-            S[o + iron_layout.APPLIED] = 0.0
-            refer(S, prm[at.START_E], prm[at.START_N], prm[at.START_U])
-    iron.take_out(S, o, ROW + 7)
-    iron.tell(S, o, changed, diag, k, at.IRON_DIAG)
+        refer(S, e, n, u)
+    iron.settle(S, o, ROW + 7, changed, diag, k, at.IRON_DIAG)
 
 
 @inlined
