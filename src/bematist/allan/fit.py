@@ -268,15 +268,14 @@ def _intervals(
     seen = [n for n in candidates if n != MARKOV or n in names]
     plain = Profile(v, overlap.taus, whiten, seen, found.correlation_s)
     # A Gauss-Markov process that was not found may still hide behind the others, at any correlation time.
-    hidden = Profile(v, overlap.taus, whiten, candidates, np.nan) if len(seen) < len(candidates) else plain
+    profiles = [plain, Profile(v, overlap.taus, whiten, candidates, np.nan)] if len(seen) < len(candidates) else [plain]
     coefficients, doubtful = {}, []
     for noise in names:
         square = found.squares[noise]
-        ends = [profile.interval(noise, square) for profile in {plain, hidden}]
-        low, high = min(e[0] for e in ends), max(e[1] for e in ends)
-        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (square, low, high)))
-        if plain.interval(noise, square)[0] <= 0:
+        lows, highs = zip(*(profile.interval(noise, square) for profile in profiles), strict=True)
+        coefficients[noise] = Estimate(*(float(np.sqrt(scale * x)) for x in (square, min(lows), max(highs))))
+        if lows[0] <= 0:
             doubtful.append(noise)
     correlation = Estimate(found.correlation_s, *plain.correlation_interval()) if MARKOV in names else None
-    bounds = {n: float(np.sqrt(scale * max(p.bound(n) for p in {plain, hidden} if n in p.noises))) for n in candidates if n not in names}
+    bounds = {n: float(np.sqrt(scale * max(p.bound(n) for p in profiles if n in p.noises))) for n in candidates if n not in names}
     return coefficients, correlation, bounds, tuple(doubtful)

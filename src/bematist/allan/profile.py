@@ -37,7 +37,7 @@ class Profile:
         self.correlation_s = correlation_s
         self.hidden = MARKOV in self.noises and bool(np.isnan(correlation_s))
         self.times = np.geomspace(FASTEST * taus[0], taus[-1], _TIMES)
-        self.least = self._over_correlation(lambda t: self._misfit(None, 0.0, t))
+        self.least = self._over_correlation(lambda t: self._misfit(None, 0.0, t)) if self.hidden else np.nan
 
     def _misfit(self, held: str | None, square: float, correlation_s: float) -> float:
         """Least misfit with the coefficient of `held` as given."""
