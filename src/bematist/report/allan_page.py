@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bematist.allan import AllanResult, SensorAllan, sheet
 from bematist.report import summary
-from bematist.report.page import header, plot_section, write_page
+from bematist.report.page import header, plot_section, write_plots
 from bematist.report.traces import Trace, encode, text
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ def write_allan_page(found: AllanResult, path: str | Path, horizon_s: float) -> 
             _block(found, horizon_s),
         ]
     )
-    write_page(Path(path), f"{name}: noise", body, {"range": [0.0, 1.0], "plan": [], "panels": [], "plots": plots}, "plots.js")
+    write_plots(path, f"{name}: noise", body, plots)
 
 
 def _card(s: SensorAllan) -> str:

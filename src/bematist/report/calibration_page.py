@@ -12,7 +12,7 @@ from bematist.calibrate.words import error_text, rows, verdict
 from bematist.errors import DataError
 from bematist.report import summary
 from bematist.report.calibration_spheres import Sphere, spheres
-from bematist.report.page import header, plot_section, write_page
+from bematist.report.page import header, plot_section, write_plots
 from bematist.report.traces import Trace, encode, text
 
 
@@ -37,8 +37,7 @@ def write_calibration_page(found: Calibration, path: str | Path) -> None:
             _numbers(found),
         ]
     )
-    data = {"range": [0.0, 1.0], "plan": [], "panels": [], "plots": plots}
-    write_page(Path(path), f"{name}: calibration", body, data, "plots.js")
+    write_plots(path, f"{name}: calibration", body, plots)
 
 
 def _card(found: Calibration, sensor: str) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bematist.report.explanations import NIS_95
+from bematist.report.explanations import squares
 from bematist.report.subject import Panel, Subject
-from bematist.report.traces import Trace, band, dots, level, line
+from bematist.report.traces import Trace, band, dots, line
 
 PACES = ("slow", "walking", "running")
 """Names of the diagnostic `pace`."""
@@ -30,25 +30,13 @@ def pace(drawn: Sequence[Subject]) -> Panel:
 def zaru(drawn: Sequence[Subject]) -> Panel:
     """Normalised innovation squared of the zero angular rate."""
     note = "Where the foot was at rest and its gyroscope showed its own offset. Normalised innovation squared, 3 on average."
-    return Panel("zaru", "Zero angular rate", "NIS", _nis(drawn, "zaru_nis"), note, log=True)
+    return Panel("zaru", "Zero angular rate", "NIS", squares(drawn, "zaru_nis"), note, log=True)
 
 
 def maru(drawn: Sequence[Subject]) -> Panel:
     """Normalised innovation squared of the turning of the field."""
     note = "Turning of the field in a stance against the gyroscope's: difference squared over what was expected, 3 on average."
-    return Panel("maru", "Magnetic angular rate", "NIS", _nis(drawn, "maru_nis"), note, log=True)
-
-
-def _nis(drawn: Sequence[Subject], name: str) -> list[Trace]:
-    traces: list[Trace] = []
-    for s in drawn:
-        value = s.diagnostic(name)
-        if value is not None:
-            value = np.where(value > 0, value, np.nan)
-            traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
-    if traces:
-        traces.append(level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot"))
-    return traces
+    return Panel("maru", "Magnetic angular rate", "NIS", squares(drawn, "maru_nis"), note, log=True)
 
 
 def hdr(drawn: Sequence[Subject]) -> Panel:

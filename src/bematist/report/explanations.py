@@ -68,17 +68,27 @@ def innovation(drawn: Sequence[Subject]) -> Panel:
 
 def nis(drawn: Sequence[Subject]) -> Panel:
     """Normalised innovation squared of the zero-velocity updates."""
-    traces: list[Trace] = []
-    for s in drawn:
-        value = s.diagnostic("nis")
-        if value is None:
-            continue
-        value = np.where(value > 0, value, np.nan)
-        traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, s.color, s.name or "NIS", hovertemplate="%{y:.3g}"))
-    if traces:
-        traces.append(level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot"))
+    traces = squares(drawn, "nis")
     note = "Normalised innovation squared. 3 on average where the foot is as still as the filter takes it to be; less where it is stiller."
     return Panel("nis", "Zero-velocity NIS", "NIS", traces, note, log=True)
+
+
+def squares(drawn: Sequence[Subject], name: str) -> list[Trace]:
+    """Normalised innovations squared, the diagnostic `name`, with what 95 % of them are expected below."""
+    return with_limit([t for s in drawn for t in positive(s, name, s.color, s.name or "NIS", "%{y:.3g}")], drawn)
+
+
+def positive(s: Subject, diagnostic: str, color: str, name: str, hover: str) -> list[Trace]:
+    """Dots of a diagnostic (N,) where it is positive; none where it never is."""
+    value = s.diagnostic(diagnostic)
+    if value is None or not (value > 0).any():
+        return []
+    return [dots(s.trajectory.time, np.where(value > 0, value, np.nan), s.budget.fast // 2, color, name, hovertemplate=hover)]
+
+
+def with_limit(traces: list[Trace], drawn: Sequence[Subject]) -> list[Trace]:
+    """Normalised innovations squared of three numbers, if there are any, with the line that 95 % of them are expected below."""
+    return [*traces, level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot")] if traces else []
 
 
 def field_norm(drawn: Sequence[Subject]) -> Panel:

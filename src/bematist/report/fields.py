@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bematist.report.explanations import NIS_95
+from bematist.report.explanations import positive, with_limit
 from bematist.report.subject import Panel, Subject
-from bematist.report.traces import Trace, dots, level
+from bematist.report.traces import Trace, dots
 
 VERDICTS = ("changing", "constant", "Earth's", "contradicts", "not used")
 """What was found of a sample, by the numbers 1 to 5 of `magnetic_verdict` and `force_verdict`."""
@@ -29,9 +29,7 @@ def verdicts(drawn: Sequence[Subject]) -> Panel:
 
 def field_nis(drawn: Sequence[Subject]) -> Panel:
     """Normalised innovation squared of the samples that were tried."""
-    traces = [t for s in drawn for t in _of_sensors(s, "nis", "%{y:.3g}")]
-    if traces:
-        traces.append(level(drawn[0].trajectory.time, NIS_95, "@muted", "95 % expected below", "dot"))
+    traces = with_limit([t for s in drawn for t in _of_sensors(s, "nis", "%{y:.3g}")], drawn)
     note = "Innovation squared, normalised, of what stays as it is: 3 on average where the noise is as the filter takes it."
     return Panel("field-nis", "Field and gravity against the filter", "NIS", traces, note, log=True)
 
@@ -41,7 +39,7 @@ def earth_heading(drawn: Sequence[Subject]) -> Panel:
     traces: list[Trace] = []
     for s in drawn:
         value = s.diagnostic("heading_innovation")
-        if value is not None and np.isfinite(value).any():
+        if value is not None:
             how = {"size": 5, "hovertemplate": "%{y:.1f}°"}
             traces.append(dots(s.trajectory.time, np.degrees(value), s.budget.fast // 2, s.color, s.name or "magnetic − filter", **how))
     note = "North of the magnetic field against the filter's, where the field was believed; iron nearby shows as a difference that lasts."
@@ -49,13 +47,6 @@ def earth_heading(drawn: Sequence[Subject]) -> Panel:
 
 
 def _of_sensors(s: Subject, name: str, hover: str) -> list[Trace]:
-    traces: list[Trace] = []
-    for sensor, words, color in SENSORS if s.alone else SENSORS[:1]:
-        value = s.diagnostic(f"{sensor}_{name}")
-        if value is None:
-            continue
-        value = np.where(value > 0, value, np.nan)
-        if np.isfinite(value).any():
-            of = words if s.alone else s.name
-            traces.append(dots(s.trajectory.time, value, s.budget.fast // 2, color if s.alone else s.color, of, hovertemplate=hover))
-    return traces
+    if not s.alone:
+        return positive(s, f"{SENSORS[0][0]}_{name}", s.color, s.name, hover)
+    return [trace for sensor, words, color in SENSORS for trace in positive(s, f"{sensor}_{name}", color, words, hover)]

@@ -153,6 +153,11 @@ def plot_section(plot: Mapping[str, Any]) -> str:
     )
 
 
+def write_plots(path: str | Path, title: str, body: str, plots: Sequence[Mapping[str, Any]]) -> None:
+    """Write a page of plots that do not share a time axis (`plot_section`). DataError where it cannot be written."""
+    write_page(Path(path), title, body, {"range": [0.0, 1.0], "plan": [], "panels": [], "plots": plots}, "plots.js")
+
+
 def write_page(path: Path, title: str, body: str, data: Mapping[str, Any], script: str = "") -> None:
     """Write a page; `body` is HTML, `title` text, `script` a further script of `assets`.
 
