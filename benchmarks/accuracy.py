@@ -7,22 +7,20 @@ The recordings are looked for at BEMATIST_SHARED, then beside the project; see d
 
 from __future__ import annotations
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pages import fill
+from pages import DATA as RECORDINGS
+from pages import ROOT, fill, required
 
 import bematist as bm
 from bematist.methods import worn
 from bematist.report import still_path
 from bematist.simulate import simulate
 
-ROOT = Path(__file__).resolve().parents[1]
 PICTURES = ROOT / "docs" / "pictures"
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "foot"
+DATA = RECORDINGS / "foot"
 
 
 @dataclass(frozen=True)
@@ -168,8 +166,7 @@ def readme(simulated: dict[str, tuple[float, ...]], measured: dict[tuple[str, st
 
 
 def main() -> None:
-    if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds foot/.")
+    required("foot")
     PICTURES.mkdir(exist_ok=True)
     lines = [
         "# Accuracy",

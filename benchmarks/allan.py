@@ -10,18 +10,16 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import allantools
 import numpy as np
 from allan_study import HOURS, STUDY, lines
-from pages import fill
+from pages import ROOT, fill
 
 from bematist.allan.deviation import Stretches, averaging_spans, overlapping_variance
 from bematist.cli.console import progress
 from bematist.reproduce.run import Run
 
-ROOT = Path(__file__).resolve().parents[1]
 RATE_HZ, AXES, ROUNDS = 238.0, 6, 5
 
 

@@ -5,8 +5,6 @@ The recordings are looked for at BEMATIST_SHARED, then beside the project.
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +12,7 @@ from pathlib import Path
 import ahrs
 import numpy as np
 import vqf
-from pages import fill
+from pages import DATA, ROOT, fill, required
 
 import bematist as bm
 from bematist import frames
@@ -22,8 +20,6 @@ from bematist.ahrs import Ahrs
 from bematist.evaluate.attitude import Align
 from bematist.report import still_attitude
 
-ROOT = Path(__file__).resolve().parents[1]
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data"))
 TRIALS: dict[str, tuple[str, Align]] = {
     "attitude/broad/12_undisturbed_slow_translation_C.mat": ("BROAD 12: slow translation, undisturbed", "none"),
     "attitude/broad/33_disturbed_attached_magnet_2cm.mat": ("BROAD 33: a magnet 2 cm from the sensor", "none"),
@@ -100,8 +96,7 @@ def result(r: bm.Recording, q: np.ndarray) -> bm.Attitude:
 
 
 def main() -> None:
-    if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds attitude/ and hand/.")
+    required("attitude", "hand")
     columns: list[dict[str, str]] = []
     for path, (words, align) in TRIALS.items():
         print(words, flush=True)

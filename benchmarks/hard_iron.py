@@ -5,18 +5,13 @@ The recordings are looked for at BEMATIST_SHARED, then beside the project.
 
 from __future__ import annotations
 
-import os
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import fill
+from pages import DATA, ROOT, fill, required
 
 import bematist as bm
 
-ROOT = Path(__file__).resolve().parents[1]
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data"))
 WALKS = {
     "GSU 32, shoe, building": "foot/gsu_gx5/SensorConnectData_32.csv",
     "GSU 35, shoe, run": "foot/gsu_gx5/SensorConnectData_35.csv",
@@ -53,8 +48,7 @@ def run(recording: bm.Recording, kind: str, use: str) -> tuple[Any, str]:
 
 
 def main() -> None:
-    if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds foot/, hand/ and attitude/.")
+    required("foot", "hand", "attitude")
     head = ("recording", "found, µT", "±", "ln B at the end, at most", "mean NIS", "jumps", "error off", "`correct`")
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for name, path in WALKS.items():

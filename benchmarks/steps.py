@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pages import DATA
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 import bematist as bm
@@ -20,7 +20,6 @@ from bematist import steps
 from bematist.recording import Recording
 from bematist.simulate import HandSimulation, simulate_hand
 
-DATA = Path(os.environ.get("BEMATIST_SHARED", Path(__file__).resolve().parents[2] / "shared" / "data"))
 MOTION = {"standing": 0, "walking": 1, "running": 2, "upstairs": 3, "downstairs": 3}
 MIXED: dict[str, Any] = {
     "length_m": 1000.0,

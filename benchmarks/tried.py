@@ -6,11 +6,10 @@ The recordings are looked for as `benchmarks/accuracy.py` does it.
 from __future__ import annotations
 
 import math
-import sys
 from typing import Any
 
 from accuracy import DATA, ROOT, number
-from pages import fill
+from pages import fill, required
 
 import bematist as bm
 
@@ -88,8 +87,7 @@ def line(name: str, recordings: dict[str, bm.Recording], method: str, changes: d
 
 
 def main() -> None:
-    if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds foot/.")
+    required("foot")
     recordings = {key: bm.read(DATA / path) for key, path in (RUNS | WALKS).items()}
     lines = [
         "| | run 35: length %, at most 4 | run 35: rms m | run 27-11: rms m, at most 0.272 | run 12-15: rms m, at most 0.140 "

@@ -7,19 +7,16 @@ The recordings are looked for at BEMATIST_SHARED, then beside the project. The p
 from __future__ import annotations
 
 import json
-import os
-import sys
-from pathlib import Path
 
 import numpy as np
-from pages import fill
+from pages import DATA as RECORDINGS
+from pages import ROOT, fill, required
 
 import bematist as bm
 from bematist.placement import by_reference
 from bematist.report import still_path
 
-ROOT = Path(__file__).resolve().parents[1]
-DATA = Path(os.environ.get("BEMATIST_SHARED", ROOT.parent / "shared" / "data")) / "hand"
+DATA = RECORDINGS / "hand"
 METHODS = ("gyint", "quest", "magyq", "hand")
 WALKS = {
     "mall, site 1": "ms_indoor20/site1_B1_5dda149f9191710006b57212.txt",
@@ -57,8 +54,7 @@ def paths() -> None:
 
 
 def main() -> None:
-    if not DATA.is_dir():
-        sys.exit(f"The recordings are not at {DATA}: set BEMATIST_SHARED to the folder that holds hand/.")
+    required("hand")
     head = (
         "recording",
         "method",
