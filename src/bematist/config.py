@@ -162,15 +162,17 @@ def assignments(texts: Sequence[str]) -> Table:
     return merge(*(assignment(text) for text in texts))
 
 
-def changed(parameters: Model, changes: Mapping[str, Any]) -> Model:
+def changed(parameters: Model, changes: Mapping[str, Any], called: Mapping[str, str] | None = None) -> Model:
     """A copy of the parameters with the changes laid over it; the word "none" stands for no value where there may be none.
+
+    called : what messages call a parameter, where a user knows it by another name.
 
     Raises
     ------
     UsageError
         A name is unknown (the message gives the nearest), or a value is refused (the message says why).
     """
-    return parameters.override(_prepared(type(parameters), changes))
+    return parameters.override(_prepared(type(parameters), changes), called)
 
 
 def _prepared(model: type[BaseModel], changes: Mapping[str, Any], prefix: str = "") -> Table:

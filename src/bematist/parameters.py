@@ -15,8 +15,8 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    def override(self, changes: Mapping[str, Any]) -> Self:
-        """A validated copy with some values changed; nested models take nested mappings.
+    def override(self, changes: Mapping[str, Any], called: Mapping[str, str] | None = None) -> Self:
+        """A validated copy with some values changed; nested models take nested mappings. `called`: what a caller calls a parameter.
 
         Raises
         ------
@@ -26,7 +26,7 @@ class Parameters(BaseModel):
         try:
             return type(self).model_validate(_merged(self.model_dump(), changes))
         except ValidationError as error:
-            raise UsageError(explain(error, type(self))) from None
+            raise UsageError(explain(error, type(self), called or {})) from None
 
     @classmethod
     def places(cls, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,8 +52,8 @@ def _merged(base: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def explain(error: ValidationError, model: type[BaseModel]) -> str:
-    """A pydantic error in plain words, with the nearest known name for an unknown one."""
+def explain(error: ValidationError, model: type[BaseModel], called: Mapping[str, str]) -> str:
+    """A pydantic error in plain words, with the nearest known name for an unknown one; `called`: other words for a parameter."""
     import difflib
 
     parts = []
@@ -66,7 +66,7 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
             hint = f"Did you mean {near[0]}?" if near else f"Known are: {', '.join(known)}."
             parts.append(f"There is no parameter {where}. {hint}")
         else:
-            parts.append(f"Parameter {where} = {e['input']!r}: {e['msg']}.")
+            parts.append(f"{called.get(where, f'Parameter {where}')} = {e['input']!r}: {e['msg']}.")
     return " ".join(parts)
 
 

@@ -169,10 +169,8 @@ def _plan(given: dict[str, Any], stored: Mapping[str, Any]) -> FloorPlan | None:
     chosen = {key: value for key, value in given.items() if value is not None}
     if given["file"] is not None:
         stored = {}  # another plan lies elsewhere
-    try:
-        parameters = config.changed(FloorPlanParameters(), {**stored, **chosen})
-    except UsageError as e:  # in the words of the options, not of the parameters behind them
-        raise UsageError(str(e).replace("Parameter ", "--map-").replace("rotation_deg", "rotation")) from None
+    options = {"scale": "--map-scale", "origin": "--map-origin", "rotation_deg": "--map-rotation"}
+    parameters = config.changed(FloorPlanParameters(), {**stored, **chosen}, options)
     if parameters.file is None:
         if chosen:
             raise UsageError("--map-scale, --map-origin and --map-rotation say how a plan lies: name it with --map.")
