@@ -235,7 +235,7 @@ def test_result_describes_itself():
 
 
 def test_unknown_names_and_nothing():
-    with pytest.raises(bm.UsageError, match="Did you mean madgwick"):
+    with pytest.raises(bm.UsageError, match='Did you mean "madgwick"'):
         bm.attitude(shaken(300), "madgwik")
     with pytest.raises(bm.UsageError, match="beta"):
         bm.attitude(shaken(300), "madgwick", betta=1)

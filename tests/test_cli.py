@@ -110,6 +110,12 @@ def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> Non
         (["track", "walk.csv", "--set", "stance.thresold=3"], "stance.threshold"),
         (["track", "walk.csv", "--set", "threshold=3"], "stance.threshold"),
         (["track", "walk.csv", "--set", "stance=3"], "stance.threshold"),
+        (["track", "walk.csv", "--set", "hard_iron.use=true"], "There is no parameter hard_iron.use. Did you mean magnetic.hard_iron.use?"),
+        (["track", "walk.csv", "--set", "window_s=1"], "Did you mean stance.window_s or stance.pace.window_s?"),
+        (["track", "walk.csv", "-m", "hand", "--set", "magnetic.sd=1"], "Did you mean attitude.magnetic.sd?"),
+        (["track", "walk.csv", "-m", "hand", "--set", "magnetic.norm_tolerance=1"], "Did you mean attitude.motion.norm_tolerance?"),
+        (["track", "walk.csv", "--set", "wurst.senf=1"], "There is no parameter wurst.senf. There are states, "),
+        (["track", "walk.csv", "--set", "zaru.use=true"], "'off', 'rest' or 'stance'"),
         (["track", "walk.csv", "--set", "stance.window_s=true"], "stance.window_s"),
         (["track", "walk.csv", "--set", "stance.threshold=high"], "stance.threshold"),
         (["track", "walk.csv", "--set", "stance.threshold=-1"], "greater than 0"),
@@ -131,9 +137,9 @@ def test_help_of_a_command(name: str, capsys: pytest.CaptureFixture[str]) -> Non
         (["export", "walk.csv", "walk.gpx", "--origin", "here"], "latitude,longitude"),
         (["export", "walk.csv", "walk.gpx", "--origin", "95,0"], "latitude,longitude"),
         (["simulate", "-o", "sim", "--scenario", "campos"], "campus"),
-        (["simulate", "-o", "sim", "--sensor", "lsm9ds"], "Did you mean lsm9ds1?"),
-        (["simulate", "-o", "sim", "--gait", "rum"], "Did you mean run?"),
-        (["simulate", "-o", "sim", "--set", "rate_hx=3"], "Did you mean rate_hz?"),
+        (["simulate", "-o", "sim", "--sensor", "lsm9ds"], 'Did you mean "lsm9ds1"?'),
+        (["simulate", "-o", "sim", "--gait", "rum"], 'Did you mean "run"?'),
+        (["simulate", "-o", "sim", "--set", "rate_hx=3"], 'Did you mean "rate_hz"?'),
     ],
 )
 def test_wrong_usage(args: list[str], says: str, recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -301,6 +307,8 @@ def test_a_threshold_means_the_absolute_rule(recording: Path) -> None:
         ("[parameters.stance]\nthresh = 3", [], "stance.threshold"),
         ("[reading]\nformt = 'x'", [], 'Did you mean "format"?'),
         ("threshold 3", [], "line 1"),
+        ("parameters = 3", [], "under [parameters]"),
+        ("[reading]\nunits = 3", [], "under [reading.units]"),
     ],
 )
 def test_wrong_configuration(content: str, args: list[str], says: str, recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -608,17 +616,17 @@ def test_parameters_survive_toml() -> None:
 
     for method in METHODS.values():
         text = config.to_toml(method.parameters.model_dump())
-        assert config.changed(METHODS["foot" if method.worn == "shoe" else "hand"].parameters, tomllib.loads(text)) == method.parameters
+        assert METHODS["foot" if method.worn == "shoe" else "hand"].parameters.override(tomllib.loads(text)) == method.parameters
 
 
 def test_none_takes_a_value_away() -> None:
     from bematist.methods import METHODS
 
-    with_threshold = config.changed(METHODS["zupt"].parameters, config.assignment("stance.threshold=7"))
+    with_threshold = METHODS["zupt"].parameters.override(config.assignment("stance.threshold=7"))
     assert with_threshold.stance.threshold == 7
-    assert config.changed(with_threshold, config.assignment("stance.threshold=none")).stance.threshold is None
+    assert with_threshold.override(config.assignment("stance.threshold=none")).stance.threshold is None
     with pytest.raises(UsageError, match="gravity"):
-        config.changed(with_threshold, {"gravity": "none"})
+        with_threshold.override({"gravity": "none"})
 
 
 def test_json_has_no_nan() -> None:

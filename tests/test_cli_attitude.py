@@ -56,7 +56,7 @@ def test_attitudes_are_evaluated(turned: Path, capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [
-        (["--filter", "madgwik"], 2, "Did you mean madgwick"),
+        (["--filter", "madgwik"], 2, 'Did you mean "madgwick"'),
         (["--set", "kp=1"], 2, "kp"),
         (["--compare", "gyro,nothing"], 2, "nothing"),
         (["--align", "origin"], 2, "origin"),

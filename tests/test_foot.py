@@ -223,12 +223,16 @@ def test_every_parameter_is_described():
 
 
 def test_unknown_names_are_explained():
-    with pytest.raises(bm.UsageError, match="Did you mean zupt"):
+    with pytest.raises(bm.UsageError, match='Did you mean "zupt"'):
         bm.track(RECORDING, "zuppt")
     with pytest.raises(bm.UsageError, match=r"stance\.threshold"):
         bm.track(RECORDING, "zupt", stance={"treshold": 3})
     with pytest.raises(bm.UsageError, match="greater than 0"):
         bm.track(RECORDING, "zupt", stance={"threshold": -3.0})
+    with pytest.raises(bm.UsageError, match=r"stance is a group of parameters. Set one of: stance\.detector"):
+        bm.track(RECORDING, "zupt", stance=3)
+    with pytest.raises(bm.UsageError, match="gravity = true: it is not of the kind"):
+        bm.track(RECORDING, "zupt", gravity=True)
 
 
 def test_time_that_does_not_increase_is_dropped():

@@ -13,18 +13,13 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from bematist.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from pydantic import BaseModel
-
-    from bematist.parameters import Parameters
-
-Model = TypeVar("Model", bound="Parameters")
 Entry = TypeVar("Entry")
 Table = dict[str, Any]
 
@@ -55,18 +50,8 @@ def choose(what: str, name: str, known: Iterable[str]) -> str:
 
 
 def look_up(what: str, name: str, table: Mapping[str, Entry]) -> Entry:
-    """The entry of that name of a table in which names are known by what they do.
-
-    Raises
-    ------
-    UsageError
-        There is none; the message names the nearest and all of them.
-    """
-    if name not in table:
-        near = difflib.get_close_matches(name, table, n=1)
-        hint = f"Did you mean {near[0]}? " if near else ""
-        raise UsageError(f"There is no {what} {name!r}. {hint}Known are: {', '.join(table)}.")
-    return table[name]
+    """The entry of that name of a table. UsageError as `choose` where there is none."""
+    return table[choose(what, name, table)]
 
 
 def with_rule(changes: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -160,34 +145,3 @@ def merge(*tables: Mapping[str, Any]) -> Table:
 def assignments(texts: Sequence[str]) -> Table:
     """All `--set` arguments as one nested table."""
     return merge(*(assignment(text) for text in texts))
-
-
-def changed(parameters: Model, changes: Mapping[str, Any], called: Mapping[str, str] | None = None) -> Model:
-    """A copy of the parameters with the changes laid over it; the word "none" stands for no value where there may be none.
-
-    called : what messages call a parameter, where a user knows it by another name.
-
-    Raises
-    ------
-    UsageError
-        A name is unknown (the message gives the nearest), or a value is refused (the message says why).
-    """
-    return parameters.override(_prepared(type(parameters), changes), called)
-
-
-def _prepared(model: type[BaseModel], changes: Mapping[str, Any], prefix: str = "") -> Table:
-    """The changes with None for "none", and what pydantic would tell in its own words, or let pass, refused."""
-    result: Table = {}
-    for key, value in changes.items():
-        annotation = model.model_fields[key].annotation if key in model.model_fields else None
-        inner = annotation if isinstance(annotation, type) and hasattr(annotation, "model_fields") else None
-        if inner is not None and not isinstance(value, Mapping):
-            names = ", ".join(f"{prefix}{key}.{name}" for name in inner.model_fields)
-            raise UsageError(f"{prefix}{key} is a group of parameters. Set one of: {names}.")
-        if isinstance(value, bool) and annotation not in (bool, None) and bool not in get_args(annotation):
-            raise UsageError(f"Parameter {prefix}{key} = {str(value).lower()}: it is not of the kind true or false.")
-        if inner is not None and isinstance(value, Mapping):
-            result[key] = _prepared(inner, value, f"{prefix}{key}.")
-        else:
-            result[key] = None if value == NONE and type(None) in get_args(annotation) else value
-    return result

@@ -46,7 +46,7 @@ class Changes:
 
     def check(self, own: Model) -> Model:
         """A method's own parameters, changed by all but what only a recording tells."""
-        return config.changed(own, config.merge(self.stored, self.given))
+        return own.override(config.merge(self.stored, self.given))
 
     def on(self, own: Model, recording: Recording) -> Model:
         """A method's own parameters, changed: by what the recording tells of the Earth, the configuration, `--origin`, and the rest."""
@@ -55,7 +55,7 @@ class Changes:
         told = earth_of(recording) if self.site.told else None
         asked = self.site.earth(recording)
         layers = ({} if earth is None else own.places(earth.values()) for earth in (told, asked))
-        return config.changed(own, config.merge(next(layers), self.stored, next(layers), self.given))
+        return own.override(config.merge(next(layers), self.stored, next(layers), self.given))
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def configured(path: Path | None, what: str, wanted: str | None, default: str) -
     Raises
     ------
     UsageError
-        The file has an unknown key, or was written for another one than is wanted.
+        The file has an unknown key or one of the wrong kind, or was written for another one than is wanted.
     """
     stored = config.read_toml(path) if path is not None else {}
     keys = ("version", "recording", what, "reading", "parameters", *(PLACING if what == "method" else ()))
@@ -118,7 +118,13 @@ def configured(path: Path | None, what: str, wanted: str | None, default: str) -
                 f'{path}: there is no key "{key}".{config.closest(key, keys)} A configuration holds {what}, [reading] '
                 "and [parameters.…], as config.toml of any result does."
             )
-    name = stored.get(what, wanted or default)
+    tables = {key: stored[key] for key in ("reading", "parameters", *PLACING) if key in stored}
+    if isinstance(tables.get("reading"), Mapping) and "units" in tables["reading"]:
+        tables["reading.units"] = tables["reading"]["units"]
+    for key, table in tables.items():
+        if not isinstance(table, Mapping):
+            raise UsageError(f"{path}: {key} is a table. Write its entries under [{key}], as config.toml of any result does.")
+    name = str(stored.get(what, wanted or default))
     if wanted and wanted != name:
         raise UsageError(
             f'{path} was written for the {what} "{name}", not "{wanted}". Leave out --{what}, or remove "{what}" and the '

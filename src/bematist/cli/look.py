@@ -96,7 +96,7 @@ def stance(
     own = getattr(find_method(method).parameters, "stance", None)
     if own is None:
         raise UsageError(f'The method "{method}" counts steps and detects no stance: see `bematist steps`, or choose one for a shoe.')
-    parameters = config.changed(own, config.with_rule({"stance": changes})["stance"])
+    parameters = own.override(config.with_rule({"stance": changes})["stance"])
     data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-stance.html")

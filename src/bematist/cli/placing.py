@@ -87,12 +87,12 @@ class Placing:
         from bematist.placement import Placement
 
         stored = stored or {}
-        placement = config.changed(Placement(), stored.get("start", {}))
+        placement = Placement().override(stored.get("start", {}))
         if start is not None and start != REFERENCE:
             place = numbers("--start", start, (2, 3), "12.5,-3")
-            placement = config.changed(placement, {"position": (*place, 0.0)[:3]})
+            placement = placement.override({"position": (*place, 0.0)[:3]})
         if heading is not None:
-            placement = config.changed(placement, {"turn_deg": 0.0})
+            placement = placement.override({"turn_deg": 0.0})
         plan = {"file": None if file is None else str(file), "scale": scale, "rotation_deg": rotation}
         plan["origin"] = None if origin is None else numbers("--map-origin", origin, (2,), "120,840")
         return cls(placement, start == REFERENCE, heading == REFERENCE, _plan(plan, stored.get("map", {})))
@@ -170,7 +170,7 @@ def _plan(given: dict[str, Any], stored: Mapping[str, Any]) -> FloorPlan | None:
     if given["file"] is not None:
         stored = {}  # another plan lies elsewhere
     options = {"scale": "--map-scale", "origin": "--map-origin", "rotation_deg": "--map-rotation"}
-    parameters = config.changed(FloorPlanParameters(), {**stored, **chosen}, options)
+    parameters = FloorPlanParameters().override({**stored, **chosen}, options)
     if parameters.file is None:
         if chosen:
             raise UsageError("--map-scale, --map-origin and --map-rotation say how a plan lies: name it with --map.")

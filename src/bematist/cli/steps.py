@@ -48,7 +48,7 @@ def steps(
 
     changes = config.assignments(sets or [])
     changes = changes.pop("steps", {}) | changes  # "steps.detection.periodic" as for `track`, or "detection.periodic"
-    parameters = config.changed(StepParameters(), changes)
+    parameters = StepParameters().override(changes)
     data = Reading.given(format, columns, axes, units, clock, calibration=calibration, uncalibrated=uncalibrated).read(recording)
     found = analyse(data, parameters)
     path = page or Path(f"{recording.resolve().stem}-steps.html")

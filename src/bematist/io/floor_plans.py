@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bematist.config import changed
 from bematist.errors import DataError, UsageError
 from bematist.floorplan import FloorPlan, FloorPlanParameters
 
@@ -42,7 +41,7 @@ def read_floor_plan(
         The file cannot be read as a plan, or its place makes no sense.
     """
     path = Path(path)
-    given = changed(FloorPlanParameters(), {"file": str(path), "scale": scale, "origin": origin, "rotation_deg": rotation_deg})
+    given = FloorPlanParameters().override({"file": str(path), "scale": scale, "origin": origin, "rotation_deg": rotation_deg})
     try:
         with path.open("rb") as file:
             start = file.read(512)
