@@ -43,6 +43,9 @@ VARIANTS = {
     "estimated": made(**OWN, magnetic={"dip_tolerance": 0.05, "walk": 0.1, "gradient": False}, force={"walk": 0.1, "gradient": False}),
     "likelihood": made(**OWN, magnetic={"detector": "likelihood"}, force={"detector": "likelihood"}),
     "in motion": made(motion={"gravity_density": 0.3, "heading_density": 0.3, "heading_spread": 2.0}, earth_rate=(0.0, 5e-5, 5e-5)),
+    "at rest": made(
+        **OWN, magnetic={"local": False}, force={"local": False, "earth": False}, motion={"gravity_density": 0.5, "rest_field_sd": 0.6}
+    ),
     "suspicious": made(magnetic={"innovation_limit": 0.5, "patience": 2}, force={"innovation_limit": 0.5, "patience": 3}),
     "no magnetometer": made(magnetic={"use": False}),
     "no force": made(force={"use": False}, magnetic={"local": False}),

@@ -57,6 +57,34 @@ def test_static_in_a_disturbed_field():
     assert max(late["estimated"]) < 0.1
 
 
+def test_a_long_rest_after_the_offset_of_the_gyroscope_moved():
+    """The offset of the start is wrong by 0.01°/s about each axis: gravity and the field of the place hold the attitude."""
+    r = still(900.0, np.array([9.0, -5.0, 12.0]))
+    w = r.angular_rate.copy()
+    w[r.time > 20] += np.radians(0.01)
+    moved = r.replace(angular_rate=w)
+    at_start = {"initial": {"earth_field": tuple(EARTH), "longest_s": 10.0}}
+    without = {"attitude": {"motion": {"rest_field_sd": 0.0}}}
+    a = HandAttitude(tuned(HAND, "adis16488", at_start)).run(moved)
+    late = np.degrees(rotation_error(a.attitude, moved.reference.attitude))[-20_000:]
+    assert rms(late[:, 0]) < 0.2 and rms(late[:, 1]) < 0.2
+    assert rms(late[:, 2]) < 1.0
+    assert rms(yaw_drift_deg(tuned(HAND, "adis16488", at_start, without), moved)[-20_000:]) > 3.0
+
+
+def test_a_pause_of_the_magnetometer_gives_no_weight():
+    """After a pause one sample counts as the time for which disturbances last, not as the whole pause."""
+    r = walk("phone", 3, 120.0, indoor_fields=())
+    kept = (r.magnetic_time < 40) | (r.magnetic_time > 100)
+    paused = r.replace(magnetic_time=r.magnetic_time[kept], magnetic_flux_density=r.magnetic_flux_density[kept])
+    a = HandAttitude(tuned(HAND, "phone")).run(paused)
+    variance = a.covariance[:, 2, 2]
+    first = np.searchsorted(a.time, r.magnetic_time[kept][r.magnetic_time[kept] > 100][0])
+    believed = 1 / variance[first] - 1 / variance[first - 1]
+    least = HAND.attitude.motion.heading_density**2 / HAND.attitude.motion.heading_spread**2
+    assert 0 < believed < 1.05 / least
+
+
 def test_a_field_of_the_right_norm_and_the_wrong_direction():
     """What the dip gate is for: the norm alone takes this field for the Earth's, and turns the attitude to it."""
     turned = np.array([12.0, 12.0, -np.sqrt(EARTH @ EARTH - 288.0)])

@@ -91,6 +91,7 @@ class Filter:
         self.is_earth, self.faults = [False, False], [0, 0]
         self.references = p["reference"] == "estimated"
         self.last_m = self.last_f = self.last_t = None
+        self.anchored = False
         self.forget_turn()
 
     def forget_turn(self):
@@ -156,6 +157,7 @@ class Filter:
         return f - self.x[7:10] if i == 1 else m
 
     def quasi_static(self, i, f, m, starts):
+        """Whether it had anything to compare with."""
         p, window, place = self.p[("magnetic", "force")[i]], self.windows[i], slice(10 + 3 * i, 13 + 3 * i)
         if starts:
             if self.references:
@@ -168,8 +170,8 @@ class Filter:
                 self.x[place] = rotation(self.x[:4]) @ value
             else:
                 self.x[place] = window.mean
-        used = True
-        if p["local"] and (not starts if self.references else not self.is_earth[i]):
+        used, local = True, p["local"] and (not starts if self.references else not self.is_earth[i])
+        if local:
             value = self.value(i, f, m)
             H = self.directions(i, value)
             if self.references:
@@ -183,6 +185,7 @@ class Filter:
         self.faults[i] = 0 if used or starts else self.faults[i] + 1
         if self.faults[i] > p["patience"]:
             window.static = False
+        return local or self.is_earth[i]
 
     def gradient(self, x, y, turn, D, sd, dt, p, force):
         C = rotation(turn)
@@ -208,7 +211,8 @@ class Filter:
         H = np.zeros((1, 16))
         H[0, :4] = row @ (-2 * right(self.x[:4])[:, 1:].T)
         density = motion["heading_density"] ** 2 + motion["heading_spread"] ** 2 * (off @ off / 2) / (e[:2] @ e[:2])
-        self.update(np.array([nu]), H, np.array([[density / dt]]), self.p["magnetic"]["innovation_limit"])
+        longest = max(motion["heading_spread"] ** 2, self.gap["s"])
+        self.update(np.array([nu]), H, np.array([[density / min(dt, longest)]]), self.p["magnetic"]["innovation_limit"])
 
     def observe(self, t, f, m, dt):
         p = self.p
@@ -233,15 +237,21 @@ class Filter:
             b = self.x[7:10]
             self.gradient(self.last_f - b / self.decay, f - b, self.qw, self.D, p["force"]["sd"], dt, p["force"], True)
         density = p["motion"]["gravity_density"]
-        if static[1]:
-            self.quasi_static(1, f, m, starts[1])
-        elif p["force"]["use"] and density > 0 and dt > 0:
+        compared = static[1] and self.quasi_static(1, f, m, starts[1])
+        if not compared and p["force"]["use"] and density > 0 and dt > 0:
             value = f - self.x[7:10]
             off = p["motion"]["gravity_spread"] * (np.linalg.norm(value) - self.g)
             z = np.array([0, 0, self.g]) - rotation(self.x[:4]) @ value
             self.update(z, self.directions(1, value), (density**2 + off**2) / dt * np.eye(3), np.inf)
+        at_rest = p["motion"]["rest_field_sd"] > 0 and not p["magnetic"]["local"]
         if static[0]:
+            if at_rest:
+                starts[0] |= static[1] and not self.anchored
+                self.p = {**p, "magnetic": p["magnetic"] | {"local": static[1], "sd": p["motion"]["rest_field_sd"]}}
             self.quasi_static(0, f, m, starts[0])
+            self.p = p
+        if values[0][1]:
+            self.anchored = static[0] and static[1]
         if values[0][1] and p["motion"]["heading_density"] > 0 and self.last_m is not None:
             self.heading(m, t - self.last_t)
         if p["normalise_covariance"]:

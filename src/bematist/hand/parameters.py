@@ -109,7 +109,7 @@ class SpecificForceParameters(QuasiStaticParameters):
 
 
 class MotionParameters(Parameters):
-    """Beyond the paper: what the two fields say while they are not static."""
+    """Beyond the paper: what the two fields say while they are not static, and what the magnetic one says in a rest."""
 
     gravity_density: float = Field(
         default=0.0,
@@ -133,6 +133,12 @@ class MotionParameters(Parameters):
         ge=0,
         description="Added to it for each rad by which a disturbance of the size that norm and inclination show would turn the heading, "
         "1/√Hz: √2τ for disturbances that last τ seconds. Larger: doubtful fields count less.",
+    )
+    rest_field_sd: float = Field(
+        default=0.0,
+        ge=0,
+        description="Without `local` of the magnetic field: while the specific force is static, the sensor stays where it is, and a static "
+        "field is compared with what it was when that began, with this noise of a sample, µT; 0: not used. Larger: believed less.",
     )
     norm_tolerance: float = Field(default=0.1, gt=0, description="Gate: largest relative difference of its norm to the Earth's.")
     inclination_tolerance: float = Field(default=math.radians(5), gt=0, description="Gate: largest difference of its inclination, rad.")
@@ -210,6 +216,6 @@ HAND = hand_parameters(
     reference="estimated",
     magnetic={"local": False, "gradient": False, "earth": False},
     force={"local": False, "gradient": False, "earth": False},
-    motion={"gravity_density": 0.8, "gravity_spread": 0.0, "heading_density": 0.05, "heading_spread": 3.0},
+    motion={"gravity_density": 0.8, "gravity_spread": 0.0, "heading_density": 0.05, "heading_spread": 3.0, "rest_field_sd": 2.0},
 ).override({"heading_sd": math.radians(3)})
-"""The default: gravity also in motion, and heading from every sample that looks like the Earth's field."""
+"""The default: gravity also in motion, heading from every sample that looks like the Earth's field, and any field that stays in a rest."""

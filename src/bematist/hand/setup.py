@@ -90,7 +90,10 @@ def kernel_parameters(p: HandParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[at.GAP_S], prm[at.GAP_RATE], prm[at.GAP_BALLISTIC_S] = p.gap.seconds(rate_hz), p.gap.rate_sd, p.gap.ballistic_s
     prm[at.RATE_E : at.RATE_U + 1] = a.earth_rate
     prm[at.LEVEL_PSD], prm[at.LEVEL_SPREAD] = motion.gravity_density**2, motion.gravity_spread
-    prm[at.HEADING_PSD], prm[at.HEADING_DIP] = motion.heading_density**2, motion.inclination_tolerance
+    prm[at.HEADING_PSD], prm[at.HEADING_SPREAD] = motion.heading_density**2, motion.heading_spread**2
+    prm[at.HEADING_NORM], prm[at.HEADING_DIP] = motion.norm_tolerance, motion.inclination_tolerance
+    prm[at.REST_VARIANCE] = 0.0 if own.magnetic.local else motion.rest_field_sd**2
+    prm[at.HEADING_LONGEST_S] = max(motion.heading_spread**2, prm[at.GAP_S])
     _set_detector(prm, at.MAGNETIC, own.magnetic)
     _set_detector(prm, at.FORCE, own.force)
     return prm, _set_earth(prm, p, a)
@@ -120,8 +123,6 @@ def _set_earth(prm: Array, p: HandParameters, a: Alignment) -> list[str]:
     prm[at.START_E : at.START_U + 1] = field
     dip = p.attitude.magnetic.dip_tolerance
     prm[at.DIP_TOLERANCE] = math.inf if dip is None else dip
-    prm[at.HEADING_NORM] = p.attitude.motion.norm_tolerance * math.hypot(horizontal, field[2])
-    prm[at.HEADING_SPREAD] = p.attitude.motion.heading_spread**2 / (2 * horizontal**2)
     if p.initial.earth_field is None or a.field is None:
         return []
     return disagreement(a.field, np.array(field), p.attitude.motion)

@@ -15,6 +15,7 @@ TURN, TURN_BQ, STEP, STEP_BQ = 336, 340, 352, 356
 LAST_M, LAST_M_KNOWN, LAST_F, LAST_F_KNOWN, USED_BQ = 368, 371, 372, 375, 376
 TIME, STARTED, RATE, LAST_M_TIME = 379, 380, 381, 384
 FAULTS = 385  # of magnetic field and specific force, in a row
+ANCHORED = 387  # whether the magnetic field is being compared with what it was where the sensor rests
 ROW = 388
 # the Earth's field that samples are compared with, and of `hard_iron`
 EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(400, 405)
@@ -49,7 +50,9 @@ WORKSPACE_SIZE = IRON + hard_iron.SIZE
     HEADING_NORM,
     HEADING_DIP,
     HEADING_SPREAD,
-) = range(26)
+    HEADING_LONGEST_S,  # what a sample stands for at most
+    REST_VARIANCE,
+) = range(28)
 # and for each of the two fields, from MAGNETIC or FORCE on
 MAGNETIC, FORCE = 32, 48
 USE, DETECTOR, DEVIATION, OUTLIER, LIKELIHOOD, LOCAL, EARTH, EARTH_TOLERANCE, VARIANCE, EARTH_VARIANCE, WALK, GRADIENT, LIMIT, PATIENCE = (

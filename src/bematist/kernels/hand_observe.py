@@ -75,22 +75,29 @@ def note(diag, k, d, result):
 
 
 @inlined
-def magnetic_updates(S, index, memory, prm, starts, diag, k):
-    """Quasi-static field update by the magnetic field, in a static period. Returns the verdict."""
+def magnetic_updates(S, index, memory, prm, starts, still, diag, k):
+    """Quasi-static field update by the magnetic field, in a static period. Returns the verdict.
+
+    With REST_VARIANCE the field is compared with itself only in a rest, from where that begins.
+    """
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     f, d, o = at.MAGNETIC, at.FIELD_M, index[FIELD_INDEX + at.RING]
     references = prm[at.REFERENCE] == at.ESTIMATED
     earth = memory[o + at.IS_EARTH] > 0
+    r, local = prm[f + at.VARIANCE], prm[f + at.LOCAL] > 0
+    if prm[at.REST_VARIANCE] > 0:
+        r, local = prm[at.REST_VARIANCE], still
+        starts = starts or (still and S[at.ANCHORED] == 0)
+        S[at.ANCHORED] = 1.0 if still else 0.0
     if starts:
         if references:
-            clone_field(S, m0, m1, m2, prm[f + at.VARIANCE])
+            clone_field(S, m0, m1, m2, r)
         else:
             for c in range(3):
                 S[MREF + c] = quasi_static.first_mean(index, memory, FIELD_INDEX, 1 + c)
     used = refused = False
-    if prm[f + at.LOCAL] > 0 and (not starts if references else not earth):
+    if local and (not starts if references else not earth):
         r0, r1, r2 = S[MREF], S[MREF + 1], S[MREF + 2]
-        r = prm[f + at.VARIANCE]
         used = note(diag, k, d, measure_field(S, m0, m1, m2, r0, r1, r2, references, r, prm[f + at.LIMIT], references))
         refused = not used
     if earth:
@@ -159,7 +166,7 @@ def gradients(S, prm, dt, decay, steady, still, diag, k):
 
 @inlined
 def level(S, prm, dt, diag, k):
-    """Gravity in motion: on the average over a stride the specific force is up. R = LEVEL_PSD/dt, and more where its norm is not g."""
+    """Gravity, also in motion: on the average over a stride the specific force is up. R = LEVEL_PSD/dt, more where its norm is not g."""
     f0, f1, f2 = force(S, 0), force(S, 1), force(S, 2)
     off = prm[at.LEVEL_SPREAD] * (math.sqrt(f0 * f0 + f1 * f1 + f2 * f2) - prm[at.G])
     r = (prm[at.LEVEL_PSD] + off * off) / dt
@@ -172,18 +179,21 @@ def north(S, prm, diag, k):
     """Heading from a sample whose norm and inclination are near the Earth's, whatever the samples before it were.
 
     What disturbs the field within the plane of the meridian shows in norm and inclination; across it, where it turns the heading, it is
-    as large on the average: R = (HEADING_PSD + HEADING_SPREAD |disturbance in the plane|²)/dt.
+    as large on the average: R = (HEADING_PSD + HEADING_SPREAD d²)/dt with d = |disturbance in the plane| / (√2 horizontal field), rad. Such
+    disturbances last for some time, so that after a pause of the magnetometer a sample stands for no more than that.
     """
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
     C = matrix(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
     norm = math.sqrt(m0 * m0 + m1 * m1 + m2 * m2)
     dt = S[ROW] - S[LAST_M_TIME]
     along = norm - S[at.EARTH_NORM]
-    if norm > 0 and dt > 0 and abs(along) <= prm[at.HEADING_NORM]:
+    if norm > 0 and dt > 0 and abs(along) <= prm[at.HEADING_NORM] * S[at.EARTH_NORM]:
         down = -math.asin(min(1.0, max(-1.0, (C[6] * m0 + C[7] * m1 + C[8] * m2) / norm))) - S[at.EARTH_INCLINATION]
         if abs(down) <= prm[at.HEADING_DIP]:
             across = S[at.EARTH_NORM] * down
-            r = (prm[at.HEADING_PSD] + prm[at.HEADING_SPREAD] * (along * along + across * across)) / dt
+            e, n = S[at.EARTH_E], S[at.EARTH_N]
+            squared = (along * along + across * across) / (2 * (e * e + n * n))
+            r = (prm[at.HEADING_PSD] + prm[at.HEADING_SPREAD] * squared) / min(dt, prm[at.HEADING_LONGEST_S])
             nu, _ = heading(S, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT])
             diag[k, at.HEADING_NU] = nu
 
@@ -228,12 +238,17 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
         replace(S, prm, index, memory, still, steady, diag, k)
     else:
         gradients(S, prm, dt, decay, steady, still, diag, k)
+        unused = measured
         if still:
-            diag[k, at.FIELD_F + at.VERDICT] = force_updates(S, index, memory, prm, begins, diag, k)
-        elif measured and prm[at.LEVEL_PSD] > 0 and dt > 0:
+            said = force_updates(S, index, memory, prm, begins, diag, k)
+            diag[k, at.FIELD_F + at.VERDICT] = said
+            unused = said == at.UNUSED
+        if unused and prm[at.LEVEL_PSD] > 0 and dt > 0:
             level(S, prm, dt, diag, k)
         if steady:
-            diag[k, at.FIELD_M + at.VERDICT] = magnetic_updates(S, index, memory, prm, starts, diag, k)
+            diag[k, at.FIELD_M + at.VERDICT] = magnetic_updates(S, index, memory, prm, starts, still, diag, k)
+        elif magnetic:
+            S[at.ANCHORED] = 0.0
         if magnetic and prm[at.HEADING_PSD] > 0 and S[LAST_M_KNOWN] > 0:
             north(S, prm, diag, k)
         if prm[at.PROJECT] > 0:
