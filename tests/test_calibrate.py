@@ -1,6 +1,7 @@
 """Calibration: the truth of simulated sensors, bad input, files."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from bematist.calibrate.norm import ellipsoid, norm_model
 from bematist.calibrate.rests import find_rests
 from bematist.calibrate.samples import Pairs
 from bematist.calibrate.turning import Turn
-from bematist.calibrate.words import rows
+from bematist.calibrate.words import counted, rows
 from bematist.errors import DataError, UsageError
 from bematist.frames import matrix_from_quaternion, quaternion_from_rotation_vector
 from bematist.recording import Sensing
@@ -261,6 +262,7 @@ def test_a_rest_in_a_lift_is_an_outlier(made):
     f[inside] *= 1.03
     c = bm.calibrate(r.replace(specific_force=f), gravity=made.scenario.gravity)
     assert c["accelerometer"].left_out == 1
+    assert ", 1 more left out" in counted(c["accelerometer"])
     np.testing.assert_allclose(c["accelerometer"].matrix @ truth(made, "accelerometer")[0], frame_of(made), atol=1e-3)
 
 
@@ -430,6 +432,10 @@ def test_recordings_it_was_not_made_for(found, made):
     assert any("device A" in w for w in marked.apply(r).warnings)
     assert any("device B" in w for w in found.apply(r.replace(sensing=Sensing(device="B"))).warnings)
     assert not any("device" in w for w in found.apply(r).warnings)
+    slower, gyroscope = replace(found, rate_hz=50.0), found["gyroscope"]
+    assert any("at 50 Hz and the recording has 100 Hz. Neither" in w for w in slower.apply(r).warnings)
+    other = replace(found, sensors={**found.sensors, "gyroscope": replace(gyroscope, offset=gyroscope.offset + np.radians([3.0, 0, 0]))})
+    assert any("°/s without it and 3." in w for w in other.apply(r).warnings)
     walk = simulate_walk("short", DEVICE).recording
     assert found.apply(walk).notes[-1].startswith("Calibration: accelerometer, gyroscope, magnetometer")
 

@@ -84,12 +84,14 @@ def tumble(tmp_path, monkeypatch):
 def test_the_chain(tumble, capsys):
     """calibrate, then every command that reads a recording takes the file; the configuration gives the same path again."""
     assert main(["calibrate", "tumble.csv", "-o", "sensor.toml"]) == 0
-    assert "gravity scatters by" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert " rests: off gravity by" in said and "comparisons after turns: missed by" in said
     assert (tumble / "sensor.html").stat().st_size > 1e6
     assert (tumble / "sensor.png").read_bytes()[1:4] == b"PNG"
     page = (tumble / "sensor.html").read_text("utf-8")
     assert "accelerometer-ball" in page
     assert "magnetometer-error" in page
+    assert "Drag a sphere to turn it." in page and "all plots follow" not in page
     for command in (["info", "walk.csv"], ["convert", "walk.csv", "better.csv"], ["attitude", "walk.csv", "-o", "a", "--no-report"]):
         assert main([*command, "--calibration", "sensor.toml"]) == 0, command
     assert "calibrated from tumble.csv" in capsys.readouterr().out

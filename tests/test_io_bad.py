@@ -56,8 +56,13 @@ def test_refused_with_one_clear_paragraph(tmp_path, name):
 def test_refused_paths(tmp_path):
     with pytest.raises(DataError, match="no such file"):
         read(tmp_path / "none.csv")
-    with pytest.raises(DataError, match="folder"):
+    with pytest.raises(DataError, match="the folder is in no format"):
         read(tmp_path)
+    (tmp_path / "walks").mkdir()
+    for name in "abcde":
+        (tmp_path / f"walks/{name}.csv").write_text(GOOD)
+    with pytest.raises(DataError, match=r"holds recordings: a\.csv, b\.csv, c\.csv and 2 more"):
+        read(tmp_path / "walks")
     (tmp_path / "Inertial.csv").write_text("Timestamp (us),X\n1,2\n")
     with pytest.raises(DataError, match="no accelerometer"):
         read(tmp_path)

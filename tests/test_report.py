@@ -345,6 +345,7 @@ def test_stance_page(tmp_path: Path) -> None:
     r = recording()
     a = analyse(r, StanceParameters(rule="relative"))
     write_stance_page(r, a, tmp_path / "s.html")
+    assert "all plots follow. Double-click to see everything again.<" in (tmp_path / "s.html").read_text("utf-8")
     text, data = page_of(tmp_path / "s.html")
     assert [p["key"] for p in data["panels"]] == ["statistic", "force", "rate"]
     assert data["stance"]["options"] == "--set stance.rule=absolute"

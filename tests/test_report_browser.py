@@ -254,6 +254,7 @@ def noisy(n: int = 6000) -> Recording:
 def test_the_page_of_noises(chromium: browser.Browser, tmp_path: Path, dark: bool) -> None:
     path = tmp_path / "allan.html"
     write_allan_page(identify(noisy(), quaternion=True), path, 100.0)
+    assert "Drag in a plot to zoom. Double-click to see everything again.<" in path.read_text("utf-8")
     assert path.stat().st_size < 6e6
     page = browser.Page(chromium, dark=dark)
     page.open(path)

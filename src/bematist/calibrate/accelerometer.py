@@ -123,7 +123,7 @@ def accelerometer_calibration(found: Gravity, p: Array, covariance: Array) -> Se
         matrix=upper(p),
         covariance=widened(covariance, symmetric_matrix=False),
         length=gravity,
-        before=float(np.sqrt(np.mean((np.linalg.norm(rests.force, axis=1) / gravity - 1) ** 2))),
+        before=float(np.sqrt(np.mean((np.linalg.norm(rests.force[kept], axis=1) / gravity - 1) ** 2))),
         after=float(np.sqrt(np.mean((size[kept] / gravity - 1) ** 2))),
         samples=int(kept.sum()),
         left_out=int((~kept).sum()),

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Whole:
-    """A turn about an axis, "x" to "z", by an angle, and what the gyroscope measures of it before and after, degrees."""
+    """A turn about an axis, "x" to "z", by an angle, and what the gyroscope says of it as read (`before`) and calibrated (`after`), deg."""
 
     axis: str
     angle: float
@@ -30,7 +30,8 @@ class Evidence:
     ----------
     rests : the rests; rests_kept (K,) those that calibrated the accelerometer.
     field : (n,3) magnetometer readings, µT, field_kept (n,), field_weight (n,) the samples each is the mean of; None without magnetometer.
-    turns : (T,3) turn between rests, degrees, the way turned, and the angle by which gravity misses before and after.
+    turns : (T,3) turn between rests, degrees: the way turned, and the angle by which gravity, calibrated, is missed by the gyroscope as
+        read and calibrated; those that the fit left out too.
     known_turns : each turn that was told or, where none was, that looks like a whole one; turns_told says which.
     elevation_deg : of the field above the horizon, degrees; NaN where unknown.
     """

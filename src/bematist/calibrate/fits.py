@@ -21,10 +21,12 @@ FORCE = (0.7, 1.6)
 """Middle of the specific force over gravity: a walk has 1.0 to 1.1, a run up to 1.5."""
 FIELD = (0.25, 4.0)
 """Middle of the field over that of the calibration: indoors it is half or twice, nowhere a quarter or four times."""
-
-
 UNEVEN = 0.08
 """Scatter of the calibrated field's length over the field, beyond which it is said."""
+OTHER_RATE = 0.05
+"""Relative: a sampling rate that differs more is that of another sensor, or of other settings."""
+WORSE_AT_REST = 0.2
+"""°/s by which a gyroscope may read more at rest with its calibration than without: offsets change from one start to the next."""
 
 
 def check(calibration: Calibration, recording: Recording) -> None:
@@ -52,17 +54,30 @@ def check(calibration: Calibration, recording: Recording) -> None:
 
 def doubts(calibration: Calibration, calibrated: Recording) -> list[str]:
     """What a calibrated recording makes doubtful of the calibration."""
-    unknown = _unknown_device(calibration.sensing.device, calibrated.sensing.device)
-    return [*unknown, *_off_at_rest(calibration, calibrated), *_uneven(calibration, calibrated)]
+    return [*_another_sensor(calibration, calibrated), *_off_at_rest(calibration, calibrated), *_uneven(calibration, calibrated)]
 
 
-def _unknown_device(made: str, own: str) -> list[str]:
-    if bool(made) == bool(own):
+def _another_sensor(calibration: Calibration, calibrated: Recording) -> list[str]:
+    """What tells, where the logger names no device, that the calibration may be of another sensor."""
+    made, own = calibration.sensing.device, calibrated.sensing.device
+    if made and own:
         return []
-    if own:
-        return [f"The recording is of the device {own}, and the calibration does not say of which: make sure that it is this one."]
+    signs = [f"the calibration is of the device {made}"] if made else [f"the recording is of the device {own}"] if own else []
+    if abs(calibrated.rate_hz / calibration.rate_hz - 1) > OTHER_RATE:
+        signs.append(f"the calibration was made at {calibration.rate_hz:.4g} Hz and the recording has {calibrated.rate_hz:.4g} Hz")
+    gyroscope, rests = calibration.sensors.get("gyroscope"), find_rests([calibrated])
+    if gyroscope is not None and len(rests):
+        rate = np.median(rests.rate, axis=0)
+        raw, better = (float(np.degrees(np.linalg.norm(w))) for w in (np.linalg.solve(gyroscope.matrix, rate) + gyroscope.offset, rate))
+        if better > raw + WORSE_AT_REST:
+            signs.append(f"at rest the gyroscope reads {raw:.2f} °/s without it and {better:.2f} °/s with it")
+    if not signs:
+        return []
+    unnamed = "The calibration" if own else "The recording" if made else "Neither the calibration nor the recording"
+    verb = "does not name" if made or own else "names"
     return [
-        f"The calibration was made for the device {made}, and the recording does not say of which it is: make sure that it is this one."
+        f"The calibration may be of another sensor: {', '.join(signs)}. {unnamed} {verb} a device. Make sure that it is of this sensor: "
+        "that of another one does more harm than none."
     ]
 
 

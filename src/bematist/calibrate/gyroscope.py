@@ -148,7 +148,8 @@ def _gyroscope(rests: Rests, blocks: Sequence[Block], found: Fit) -> SensorCalib
     if blocks:
         covariance[:9, :9] = found.covariance[:9, :9]
     raw = np.concatenate([np.eye(3).ravel(), found.parameters[9:18]])
-    before, after = (_rms([b.model(p)[0][k] for b, k in zip(blocks, found.kept[1:], strict=True)]) for p in (raw, found.parameters))
+    seen = [(b, k) for b, k in zip(blocks, found.kept[1:], strict=True) if b.name == "direction"]
+    before, after = (_rms([b.model(p)[0][k] for b, k in seen]) for p in (raw, found.parameters))
     left_out = sum(int((~k).sum()) for k in found.kept[1:])
     return SensorCalibration(
         sensor="gyroscope",

@@ -230,19 +230,19 @@ def _alone(samples: FieldSamples, iron: Iron) -> SensorCalibration:
 def _result(
     samples: FieldSamples, A: Array, h: Array, length: float, covariance: Array, found: Fit, weak: Sequence[str], note: str
 ) -> SensorCalibration:
-    raw = np.linalg.norm(samples.values, axis=1)
     x = (samples.values - h) @ A.T
     size = np.linalg.norm(x, axis=1)
-    kept = found.kept[0]
+    kept, used = found.kept[0], samples.count[found.kept[0]]
+    raw = np.linalg.norm(samples.values[kept], axis=1)
     return SensorCalibration(
         sensor="magnetometer",
         offset=h,
         matrix=A,
         covariance=covariance,
         length=length,
-        before=float(np.sqrt(np.average(((raw - raw.mean()) / length) ** 2, weights=samples.count))),
-        after=float(np.sqrt(np.average((size[kept] / length - 1) ** 2, weights=samples.count[kept]))),
-        samples=int(samples.count[kept].sum()),
+        before=float(np.sqrt(np.average(((raw - raw.mean()) / length) ** 2, weights=used))),
+        after=float(np.sqrt(np.average((size[kept] / length - 1) ** 2, weights=used))),
+        samples=int(used.sum()),
         left_out=int(samples.count[~kept].sum()),
         missing=missing_directions(x / size[:, None], max(1, len(x) // 200)),
         undetermined=tuple(weak),

@@ -31,7 +31,8 @@ class SensorCalibration:
     matrix : (3,3), dimensionless: scale factors, misalignment, soft iron, and the axes' names where they were wrong.
     covariance : (12,12) of the matrix, row by row, and the offset; zero where a parameter was not free.
     length : what the calibrated vector measures at rest, gravity or the field, in the sensor's unit; NaN for a gyroscope.
-    before, after : rms of the error that a calibration removes: of the length, relative, or for a gyroscope of the turn between rests, rad.
+    before, after : rms of the error that the calibration removes, as read and calibrated: of an accelerometer off gravity, relative; of a
+        magnetometer's length about its mean, relative; of a gyroscope by what the direction after a turn is missed, rad.
     samples, left_out : what the fit used, and what it left out as outliers.
     missing : directions that the data did not cover, such as "-z".
     undetermined : parameters that the data did not tell, which stay at what was known before.

@@ -212,15 +212,10 @@ def _evidence(
         S = sensors["gyroscope"].matrix @ _product(wrong, "gyroscope").T
     rows = []
     if ready.gravity is not None and ready.up is not None:
-        f, accelerometer = ready.rests.force, sensors.get("accelerometer")
-        if accelerometer is None:
-            seen = (ready.up, ready.up)
-        else:
-            P = _product(wrong, "accelerometer")
-            seen = tuple(Directions(_units(x), ready.up.variance) for x in (f, accelerometer.apply(f @ P)))
-        for t in usable(ready.turns, ready.up):
-            missed = [misfit([t], up, M) for up, M in zip(seen, (np.eye(3), S), strict=True)]
-            rows.append(np.degrees([t.way(), *missed]))
+        accelerometer, up = sensors.get("accelerometer"), ready.up
+        if accelerometer is not None:
+            up = Directions(_units(accelerometer.apply(ready.rests.force @ _product(wrong, "accelerometer"))), up.variance)
+        rows = [np.degrees([t.way(), *(misfit([t], up, M) for M in (np.eye(3), S))]) for t in usable(ready.turns, up)]
     whole = known or full_turns(ready.turns)
     told = [[float(np.degrees(a)) for a in (k.angle, measured_angle(k, np.eye(3)), measured_angle(k, S))] for k in whole]
     samples, iron = ready.samples, ready.iron

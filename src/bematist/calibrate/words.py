@@ -36,14 +36,23 @@ def sensor_warnings(s: SensorCalibration) -> Iterator[str]:
         yield s.note
 
 
+COUNTED = {"accelerometer": "rests", "gyroscope": "comparisons after turns", "magnetometer": "samples"}
+"""What a sensor is fitted to; after a turn each direction that is seen again and each angle that was told is one comparison."""
+
+
+def counted(s: SensorCalibration) -> str:
+    """What the fit used and what it left out, in words."""
+    return f"{s.samples:,} {COUNTED[s.sensor]}{f', {s.left_out:,} more left out' if s.left_out else ''}"
+
+
 def error_text(s: SensorCalibration) -> str:
-    """What the calibration removes, in words."""
+    """What the calibration removes, in words: of the readings as they are, and calibrated."""
     if not math.isfinite(s.before):
         return "nothing to judge by"
     if s.sensor == "gyroscope":
-        return f"turns miss the directions by {math.degrees(s.before):.2f}° rms before, {math.degrees(s.after):.3f}° after"
-    what = "gravity" if s.sensor == "accelerometer" else "the field"
-    return f"{what} scatters by {100 * s.before:.2f} % before, {100 * s.after:.3f} % after"
+        return f"missed by {math.degrees(s.before):.2f}° rms as read, {math.degrees(s.after):.3f}° calibrated"
+    what = "off gravity by" if s.sensor == "accelerometer" else "the field's length scatters by"
+    return f"{what} {100 * s.before:.2f} % as read, {100 * s.after:.3f} % calibrated"
 
 
 def rows(s: SensorCalibration) -> Iterator[list[str]]:

@@ -95,7 +95,7 @@ def _gravity(gravity: float | None, latitude: float | None) -> float:
 
 def show(found: Calibration) -> None:
     """Print the calibration and how good it is."""
-    from bematist.calibrate.words import error_text, rows, verdict
+    from bematist.calibrate.words import counted, error_text, rows, verdict
 
     name = Path(found.source).name or "recording"
     output().print(f"{name} · {', '.join(found.sensors)}", style="bold", soft_wrap=True)
@@ -103,7 +103,9 @@ def show(found: Calibration) -> None:
     output().print(table(header, [row for s in found.sensors.values() for row in rows(s)], right=(2, 3, 4)))
     lines = []
     for sensor in found.sensors.values():
-        lines += [(sensor.sensor, f"{error_text(sensor)}; {verdict(sensor)}")]
+        lines += [(sensor.sensor, f"{counted(sensor)}: {error_text(sensor)}; {verdict(sensor)}")]
+    if found.evidence is not None and found.evidence.rests.left_out:
+        lines.append(("no rests", f"{found.evidence.rests.left_out} more, which turned slowly or swayed"))
     told = found.evidence is not None and found.evidence.turns_told
     lines += [("known turn" if told else "whole turn?", text) for text in _turns(found)]
     if found.evidence is not None and math.isfinite(found.evidence.elevation_deg):
@@ -119,4 +121,6 @@ def _turns(found: Calibration) -> list[str]:
     if found.evidence is None or "gyroscope" not in found.sensors:
         return []
     how = "told" if found.evidence.turns_told else "not told; nearest whole turn"
-    return [f"about {t.axis}: {t.before:.2f}° before, {t.after:.2f}° after ({how} {t.angle:.0f}°)" for t in found.evidence.known_turns]
+    return [
+        f"about {t.axis}: {t.before:.2f}° as read, {t.after:.2f}° calibrated ({how} {t.angle:.0f}°)" for t in found.evidence.known_turns
+    ]

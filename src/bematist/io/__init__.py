@@ -48,6 +48,8 @@ _TABLE = (
     Format("npz", "npz", "NumPy .npz with acc, gyr, mag and sampling_rate, as the examples of VQF"),
     Format("pyshoe", "pyshoe", "PyShoe .mat (imu, ts, gt)"),
 )
+MOST_LOOKED_AT = 50
+"""Of a folder that is no recording, so many files and folders are looked at, to say what is in it."""
 FORMATS: dict[str, Format] = {f.name: f for f in _TABLE}
 """Every format that `read` knows, by name."""
 
@@ -107,11 +109,31 @@ def sniff(path: str | Path) -> Format:
             return candidate
     if head.raw[:2] == b"\x1f\x8b" or head.is_zip:
         raise DataError(f"{path}: the file is compressed, and what is in it is in no format that is read so. Unpack it first.")
+    if head.is_folder and (inside := _recordings_in(head.path)):
+        more = f" and {len(inside) - 3} more" if len(inside) > 3 else ""
+        raise DataError(
+            f"{path}: the folder is not one recording, but holds recordings: {', '.join(inside[:3])}{more}. Name the one you mean; several "
+            "of one sensor are named one after the other where a command takes them, such as `bematist calibrate`."
+        )
     what = "the folder" if head.is_folder else "the file" if head.lines else "the file (it is not text)"
     raise DataError(
         f"{path}: {what} is in no format that bematist knows. Known are {', '.join(FORMATS)}; docs/formats.md says what each looks like. "
         "Any other CSV can be read with --columns map.toml."
     )
+
+
+def _recordings_in(folder: Path) -> list[str]:
+    """Names in a folder of what can be read."""
+    from bematist.io.head import open_head
+
+    def known(path: Path) -> bool:
+        try:
+            head = open_head(path)
+            return any(candidate.load().sniff(head) for candidate in FORMATS.values())
+        except DataError:
+            return False
+
+    return [path.name for path in sorted(folder.iterdir())[:MOST_LOOKED_AT] if known(path)]
 
 
 def __getattr__(name: str) -> Any:

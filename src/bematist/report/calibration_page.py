@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bematist.calibrate import Calibration
-from bematist.calibrate.words import error_text, rows, verdict
+from bematist.calibrate.words import counted, error_text, rows, verdict
 from bematist.errors import DataError
 from bematist.report import summary
 from bematist.report.calibration_spheres import Sphere, spheres
@@ -26,11 +26,12 @@ def write_calibration_page(found: Calibration, path: str | Path) -> None:
     """
     if found.evidence is None:
         raise DataError("A calibration that was read from a file has no evidence to show. Calibrate from the recording.")
-    drawn, name = spheres(found), Path(found.source).name or "Calibration"
+    drawn, name, rests = spheres(found), Path(found.source).name or "Calibration", found.evidence.rests
+    swayed = f", {rests.left_out} more turned slowly or swayed" if rests.left_out else ""
     plots = [p for s in drawn for p in (_ball(s), _errors(s))] + _turns(found)
     body = "".join(
         [
-            header(name, f"Calibration · {', '.join(found.sensors)} · {len(found.evidence.rests)} rests"),
+            header(name, f"Calibration · {', '.join(found.sensors)} · {len(rests)} rests{swayed}"),
             f'<section class="cards">{"".join(_card(found, s) for s in found.sensors)}</section>',
             summary.warning_list(found.warnings),
             f'<main class="figures"><div class="timeline">{"".join(map(plot_section, plots))}</div></main>',
@@ -42,7 +43,7 @@ def write_calibration_page(found: Calibration, path: str | Path) -> None:
 
 def _card(found: Calibration, sensor: str) -> str:
     s = found[sensor]
-    return summary.card(sensor.capitalize(), verdict(s), error_text(s))
+    return summary.card(sensor.capitalize(), verdict(s), f"{counted(s)}: {error_text(s)}")
 
 
 def _numbers(found: Calibration) -> str:
@@ -52,11 +53,11 @@ def _numbers(found: Calibration) -> str:
 
 def _ball(s: Sphere) -> dict[str, Any]:
     traces: list[Trace] = [_globe()]
-    for name, points, color in (("before", s.before, "@1"), ("after", s.after, "@0")):
+    for name, points, color in ((f"as read{s.shifted}", s.before, "@1"), ("calibrated", s.after, "@0")):
         traces.append(_points(points[s.kept], color, name))
     if (~s.kept).any():
-        traces.append(_points(s.after[~s.kept], "@3", "left out, after"))
-    note = f"{s.what.capitalize()}, over the length they should have; the sphere is that length{s.note}. Drag to turn."
+        traces.append(_points(s.after[~s.kept], "@3", "left out, calibrated"))
+    note = f"{s.what.capitalize()}, over the length they should have; the sphere is that length. Drag to turn."
     return {"key": f"{s.sensor}-ball", "kind": "ball", "title": f"{s.sensor.capitalize()} on the sphere", "note": note, "traces": traces}
 
 
@@ -91,13 +92,13 @@ def _globe() -> Trace:
 def _errors(s: Sphere) -> dict[str, Any]:
     number = np.arange(1, len(s.kept) + 1)
     traces = []
-    for name, error, color in zip(("before", "after"), s.errors, ("@1", "@0"), strict=True):
+    for name, error, color in zip((f"as read{s.shifted}", "calibrated"), s.errors, ("@1", "@0"), strict=True):
         traces.append(_flat(number[s.kept], error[s.kept], color, name))
     return {
         "key": f"{s.sensor}-error",
         "kind": "flat",
         "title": f"{s.sensor.capitalize()}: error of the length",
-        "note": s.what.capitalize() + ", in their order" + s.note,
+        "note": s.what.capitalize() + ", in their order.",
         "traces": traces,
         "x": "rest" if s.sensor == "accelerometer" else "sample",
         "y": "error (%)",
@@ -112,8 +113,8 @@ def _turns(found: Calibration) -> list[dict[str, Any]]:
     if found.evidence is None or not len(found.evidence.turns) or "gyroscope" not in found.sensors:
         return []
     way, before, after = found.evidence.turns.T
-    traces = [_flat(way, before, "@1", "before"), _flat(way, after, "@0", "after")]
-    note = "By how much gravity at the next rest is missed when the gyroscope carries it there, over the way turned in between."
+    traces = [_flat(way, before, "@1", "as read"), _flat(way, after, "@0", "calibrated")]
+    note = "By how much gravity at the next rest is missed when the gyroscope carries it there, over the way turned in between; with the turns that the fit left out."
     return [
         {
             "key": "turns",

@@ -12,22 +12,25 @@ from bematist.calibrate import Calibration, SensorCalibration
 Array = NDArray[np.float64]
 
 FAR = 1.5
-"""Readings whose middle is this many lengths from zero are drawn about their middle, else the sphere would be a dot."""
+"""Readings whose middle is this many lengths from zero are drawn about their offset, else the sphere would be a dot."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
-    """Readings (n,3) of one sensor over the length they should have, before and after; kept (n,); the length's error in percent."""
+    """Readings (n,3) of one sensor over the length they should have, as read (`before`) and calibrated (`after`); kept (n,).
+    `shifted` says in words where the readings are drawn less their offset.
+    """
 
     sensor: str
     what: str
     before: Array
     after: Array
     kept: NDArray[np.bool_]
-    note: str
+    shifted: str
 
     @property
     def errors(self) -> tuple[Array, Array]:
+        """Of the length, percent, (n,) each."""
         return tuple(100 * (np.linalg.norm(x, axis=1) - 1) for x in (self.before, self.after))  # pyright: ignore[reportReturnType]
 
 
@@ -45,5 +48,5 @@ def spheres(found: Calibration) -> list[Sphere]:
 
 def _sphere(s: SensorCalibration, readings: Array, kept: NDArray[np.bool_], what: str) -> Sphere:
     middle = s.offset if np.linalg.norm(s.offset) > FAR * s.length else np.zeros(3)
-    note = ", before: about the offset, which lies far outside" if middle.any() else ""
-    return Sphere(s.sensor, what, (readings - middle) / s.length, s.apply(readings) / s.length, kept, note)
+    shifted = " less the offset" if middle.any() else ""
+    return Sphere(s.sensor, what, (readings - middle) / s.length, s.apply(readings) / s.length, kept, shifted)

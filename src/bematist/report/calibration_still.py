@@ -65,15 +65,10 @@ def _map(axes: Axes, s: Sphere) -> None:
 def _errors(axes: Axes, s: Sphere) -> None:
     before, after = (e[s.kept] for e in s.errors)
     edges = np.linspace(min(before.min(), after.min()), max(before.max(), after.max()) + 1e-9, 60)
-    for name, error, color in (("before", before, COLORS[1]), ("after", after, COLORS[0])):
+    for name, error, color in ((f"as read{s.shifted}", before, COLORS[1]), ("calibrated", after, COLORS[0])):
         label = f"{name}: {np.sqrt(np.mean(error**2)):.3g} % rms"
         axes.hist(error, bins=edges.tolist(), color=color, alpha=0.6, label=label)
-    axes.set(
-        xlabel="error of the length (%)",
-        ylabel="how often",
-        yscale="log",
-        title=f"{s.sensor}: length" + (" (before: about the offset)" if s.note else ""),
-    )
+    axes.set(xlabel="error of the length (%)", ylabel="how often", yscale="log", title=f"{s.sensor}: length")
     axes.legend(frameon=False, fontsize=9)
     dress(axes)
 
@@ -81,16 +76,16 @@ def _errors(axes: Axes, s: Sphere) -> None:
 def _turns(row: np.ndarray, found: Calibration) -> None:
     assert found.evidence is not None
     way, before, after = found.evidence.turns.T
-    for name, missed, color in (("before", before, COLORS[1]), ("after", after, COLORS[0])):
-        row[0].plot(way, missed, "o", color=color, markersize=5, label=f"{name}: {np.sqrt(np.mean(missed**2)):.2g}° rms")
+    for name, missed, color in (("as read", before, COLORS[1]), ("calibrated", after, COLORS[0])):
+        row[0].plot(way, missed, "o", color=color, markersize=5, label=f"{name}: {np.median(missed):.2g}° in the median")
     row[0].set(xlabel="turned between two rests (°)", ylabel="gravity missed by (°)", title="gyroscope: turns between rests")
     row[0].legend(frameon=False, fontsize=9)
     dress(row[0])
     told = found.evidence.known_turns
     at = np.arange(len(told))
     for name, angles, color, offset in (
-        ("before", [t.before for t in told], COLORS[1], -0.18),
-        ("after", [t.after for t in told], COLORS[0], 0.18),
+        ("as read", [t.before for t in told], COLORS[1], -0.18),
+        ("calibrated", [t.after for t in told], COLORS[0], 0.18),
     ):
         row[1].bar(at + offset, [a - t.angle for a, t in zip(angles, told, strict=True)], 0.34, color=color, label=name)
     row[1].axhline(0, color="black", linewidth=0.8)

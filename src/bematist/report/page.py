@@ -178,6 +178,7 @@ def write_page(path: Path, title: str, body: str, data: Mapping[str, Any], scrip
         "body": body,
         "data": payload,
         "script": asset("page.js") + (asset(script) if script else ""),
+        "hint": _hint(data),
         "version": escape(__version__),
     }
     # One pass: what is put in is never searched for marks again.
@@ -185,6 +186,14 @@ def write_page(path: Path, title: str, body: str, data: Mapping[str, Any], scrip
     page = "".join(parts[piece] if k % 2 else piece for k, piece in enumerate(pieces))
     with whole_file(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
+
+
+def _hint(data: Mapping[str, Any]) -> str:
+    """How to handle the plots that a page has."""
+    turn = "Drag a sphere to turn it. " if any(plot["kind"] == "ball" for plot in data.get("plots", ())) else ""
+    follow = " in time: all plots follow" if data["panels"] else ""
+    path = " Hover to find the place on the path." if data["plan"] and data["panels"] else ""
+    return f"{turn}Drag in a plot to zoom{follow}. Double-click to see everything again.{path}"
 
 
 @cache
