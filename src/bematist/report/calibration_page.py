@@ -114,7 +114,7 @@ def _turns(found: Calibration) -> list[dict[str, Any]]:
         return []
     way, before, after = found.evidence.turns.T
     traces = [_flat(way, before, "@1", "as read"), _flat(way, after, "@0", "calibrated")]
-    note = "By how much gravity at the next rest is missed when the gyroscope carries it there, over the way turned; also where it was left out."
+    note = "By how much gravity at the next rest is missed when the gyroscope carries it there, over the way turned; outliers too."
     return [
         {
             "key": "turns",
