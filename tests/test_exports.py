@@ -4,7 +4,7 @@ import json
 import sys
 import time
 import xml.etree.ElementTree as ET
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import polars as pl
@@ -15,9 +15,9 @@ from bematist.errors import DataError, UsageError
 from bematist.evaluate import align_path
 from bematist.frames import matrix_from_quaternion, quaternion_from_euler
 from bematist.io import export, read_trajectory, write_trajectory
-from bematist.io.trajectory_files import COVARIANCE_COLUMNS
+from bematist.io.trajectory_files import COVARIANCE_COLUMNS, PIECE, write_steps
 from bematist.placement import turned
-from bematist.trajectory import COLUMNS, PACKED, Trajectory
+from bematist.trajectory import COLUMNS, PACKED, Steps, Trajectory
 
 ZURICH = (47.3769, 8.5417, 408.0)
 
@@ -51,6 +51,35 @@ def test_parquet_keeps_every_bit(tmp_path):
         assert a.tobytes() == b.tobytes(), name
     assert pl.read_parquet_schema(tmp_path / "trajectory.parquet").names() == [*COLUMNS, *COVARIANCE_COLUMNS]
     assert read_trajectory(tmp_path / "trajectory.parquet").position.tobytes() == t.position.tobytes()
+
+
+def test_parquet_is_what_the_library_would_write(tmp_path):
+    """Types, values and the row groups, which a reader may take one by one."""
+    t = walk(2 * PIECE + 5)
+    write_trajectory(t, tmp_path)
+    path = tmp_path / "trajectory.parquet"
+    names = [*COLUMNS, *COVARIANCE_COLUMNS]
+    want = pl.DataFrame(dict(zip(names, [*t.columns(), *t.packed_covariance.T], strict=True)))
+    assert pl.read_parquet(path).equals(want)
+    assert (
+        pl.scan_parquet(path).filter(pl.col("time") > t.time[-8]).select("east", "stance").collect().equals(want[["east", "stance"]][-7:])
+    )
+    write_trajectory(t.rows(0, 0), tmp_path)
+    assert pl.read_parquet(path).equals(want[:0])
+    damaged = path.with_name("damaged.parquet")
+    damaged.write_bytes(path.read_bytes()[:-20] + bytes(12) + path.read_bytes()[-8:])
+    with pytest.raises(DataError):
+        read_trajectory(damaged)
+
+
+def test_steps_are_written_as_the_library_would(tmp_path):
+    rng = np.random.default_rng(1)
+    columns = rng.normal(size=(7, 50)) * 10.0 ** rng.integers(-7, 4, (7, 50))
+    words = np.array(["walking", "stairs"])[rng.integers(0, 2, (2, 50))]
+    steps = Steps(**dict(zip((f.name for f in fields(Steps)), [*columns, *words], strict=True)))
+    write_steps(steps, tmp_path / "steps.csv")
+    steps.to_polars().write_csv(tmp_path / "library.csv", float_precision=6)
+    assert (tmp_path / "steps.csv").read_bytes() == (tmp_path / "library.csv").read_bytes()
 
 
 def test_csv_is_the_contract_and_reads_back(tmp_path):

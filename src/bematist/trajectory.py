@@ -82,14 +82,19 @@ class Steps:
 
         return heading_deg_from_yaw(self.direction)
 
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns of `steps.csv`, each (K,): numbers, and words."""
+        numbers = {name: getattr(self, name) for name in ("time", "counted", "length", "length_sd", "frequency")}
+        angles = {"heading_deg": self.heading_deg, "heading_sd_deg": np.degrees(self.direction_sd)}
+        return {**numbers, **angles, "motion": self.motion, "carrying": self.carrying}
+
     def to_polars(self) -> pl.DataFrame:
         """The columns of `steps.csv` as a table."""
         import polars as pl
 
-        numbers = {name: getattr(self, name) for name in ("time", "counted", "length", "length_sd", "frequency")}
-        angles = {"heading_deg": self.heading_deg, "heading_sd_deg": np.degrees(self.direction_sd)}
-        words = {"motion": self.motion.tolist(), "carrying": self.carrying.tolist()}
-        return pl.DataFrame({**numbers, **angles, **words}, schema_overrides=dict.fromkeys(words, pl.String))
+        columns = self.columns()
+        words = {name: column.tolist() for name, column in columns.items() if column.dtype.kind == "U"}
+        return pl.DataFrame({**columns, **words}, schema_overrides=dict.fromkeys(words, pl.String))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -19,6 +19,7 @@ from bematist.allan.deviation import Stretches, averaging_spans, overlapping_var
 from bematist.calibrate.turning import turned
 from bematist.foot import FootIns
 from bematist.hand import HandAttitude, HandPdr
+from bematist.io import read, write_recording
 from bematist.io.trajectory_files import write_csv
 from bematist.kernels import hand as attitude_kernel
 from bematist.recording import Recording
@@ -37,10 +38,12 @@ def still() -> Recording:
 
 
 def foot() -> None:
-    """The kernels of a path: filter, detector, clock, and the numbers of the CSV file."""
+    """The kernels of a path: filter, detector, clock, and the numbers of CSV files, written and read."""
     recording = still()
     with tempfile.TemporaryDirectory() as folder:
         write_csv(FootIns().run(recording), Path(folder) / "trajectory.csv")
+        write_recording(recording, Path(folder) / "recording.csv")
+        read(Path(folder) / "recording.csv")
     analyse(recording)
     clockfit.uniform(recording.time + np.random.default_rng(1).uniform(0, 0.02, len(recording)))
 

@@ -35,11 +35,11 @@ def write_results(
 
     `evaluation.json` stands beside them where there is a reference. Returns the summary.
     """
-    from bematist.io import write_trajectory
+    from bematist.io.trajectory_files import write_steps, write_trajectory
 
     write_trajectory(trajectory, folder)
     if trajectory.steps is not None:
-        trajectory.steps.to_polars().write_csv(folder / "steps.csv", float_precision=6)
+        write_steps(trajectory.steps, folder / "steps.csv")
     summary = trajectory.summary()
     (folder / "summary.json").write_text(to_json(summary), "utf-8")
     (folder / "config.toml").write_text(_config(trajectory, reading, placing), "utf-8")

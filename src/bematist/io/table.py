@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bematist.errors import DataError
 from bematist.io.head import Head
+from bematist.io.plain import read_plain
 
 if TYPE_CHECKING:
     import polars as pl
@@ -67,15 +68,23 @@ def read_columns(
         if list(names).count(name) > 1:
             raise DataError(f'{head.path}: two columns are called "{name}". Rename one of them.')
     comma = decimal_comma(head, header_line, separator) if comma is None else comma
-    frame = _fast(head, header_line, names, wanted, separator, comment, comma, clock)
-    columns = (
-        _slow(head, header_line, names, wanted, separator, comment, comma, clock)
-        if frame is None
-        else {name: _array(frame.drop_in_place(name)) for name in wanted}
-    )
+    layout = head, header_line, names, wanted, separator, comment, comma
+    columns = _plain(*layout)
+    if columns is None:
+        frame = _fast(*layout, clock)
+        columns = _slow(*layout, clock) if frame is None else {name: _array(frame.drop_in_place(name)) for name in wanted}
     if not len(columns[wanted[0]]):
         raise DataError(f"{head.path}: there is a header but no row of data. Export the recording again.")
     return columns
+
+
+def _plain(
+    head: Head, first: int, names: Sequence[str], wanted: Sequence[str], separator: str, comment: str, comma: bool
+) -> dict[str, Array] | None:
+    """The whole table at once, without the table library; None where a cell is no short decimal, or the first column has an empty one."""
+    places = [wanted.index(name) if name in wanted else -1 for name in names] + [-1] * _blank_cells(head, first, len(names), separator)
+    found = read_plain(head, first + 1, places, separator, comment, "," if comma else ".")
+    return None if found is None or np.isnan(found[0]).any() else dict(zip(wanted, found, strict=True))
 
 
 def _array(column: pl.Series) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,8 +12,9 @@ import numpy as np
 
 from bematist.errors import DataError
 from bematist.io.parquet import read_parquet
+from bematist.io.parquet_plain import DOUBLE, UINT8, write_columns
 from bematist.outputs import whole_file
-from bematist.trajectory import COLUMNS, Trajectory
+from bematist.trajectory import COLUMNS, Steps, Trajectory
 
 if TYPE_CHECKING:
     import polars as pl
@@ -24,11 +26,13 @@ COVARIANCE_COLUMNS = tuple(
 rad²).
 """
 
+SCHEMA = dict.fromkeys((*COLUMNS, *COVARIANCE_COLUMNS), DOUBLE) | {"stance": UINT8}
+
 DECIMALS = {name: 8 if name in ("qw", "qx", "qy", "qz") else 6 for name in COLUMNS[:-1]} | {"stance": 0}
 """Decimals of the CSV: µs, µm, µm/s, and 1e-8 of a quaternion (a millionth of a degree)."""
 
 PIECE = 1 << 14
-"""Rows that are made into a table at a time, and of a row group of the Parquet file."""
+"""Rows that are written at a time, and of a row group of the Parquet file."""
 
 
 def write_trajectory(trajectory: Trajectory, folder: str | Path) -> None:
@@ -49,14 +53,8 @@ def write_parquet(trajectory: Trajectory, path: Path) -> None:
 
     Not compressed: of such digits a codec saves a seventh.
     """
-    from polars.io.plugins import register_io_source
-
-    def tables(*_: object) -> Iterator[pl.DataFrame]:
-        return (_full_table(part) for part in _pieces(trajectory))
-
-    source = register_io_source(tables, schema=_full_table(trajectory.rows(0, 0)).schema)
-    with whole_file(path) as place:
-        source.sink_parquet(place, compression="uncompressed", row_group_size=PIECE)
+    with whole_file(path) as place, place.open("wb") as file:
+        write_columns(file, SCHEMA, ([*part.columns(), *part.packed_covariance.T] for part in _pieces(trajectory)))
 
 
 def write_csv(trajectory: Trajectory, path: Path) -> None:
@@ -78,17 +76,20 @@ def write_csv(trajectory: Trajectory, path: Path) -> None:
             out[:size].tofile(file)
 
 
+def write_steps(steps: Steps, path: Path) -> None:
+    """The steps of a hand's path as CSV: numbers with six decimals, and words."""
+    columns = steps.columns()
+    cells = [[f"{v:.6f}" for v in column] if column.dtype.kind == "f" else column.tolist() for column in columns.values()]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*cells, strict=True))
+
+
 def _pieces(trajectory: Trajectory) -> Iterator[Trajectory]:
-    """The trajectory in pieces (at least one): a table of all of it would double the memory that it takes."""
-    for start in range(0, max(len(trajectory), 1), PIECE):
+    """The trajectory in pieces: all columns of it at once would double the memory that it takes."""
+    for start in range(0, len(trajectory), PIECE):
         yield trajectory.rows(start, start + PIECE)
-
-
-def _full_table(trajectory: Trajectory) -> pl.DataFrame:
-    import polars as pl
-
-    packed = zip(COVARIANCE_COLUMNS, trajectory.packed_covariance.T, strict=True)
-    return trajectory.to_polars().with_columns(pl.Series(name, column) for name, column in packed)
 
 
 def read_trajectory(path: str | Path) -> Trajectory:
