@@ -77,6 +77,9 @@ def test_canonical_in_g_and_degrees_is_doubted_and_can_be_forced(tmp_path):
     doubts = "\n".join(r.warnings)
     for text in ("--units specific_force=g", "--units magnetic_flux_density=G"):
         assert text in doubts
+    wrong = read(path, units={"specific_force": "m/s^2", "angular_rate": "rad/s", "magnetic_flux_density": "mT"})
+    for said in ("m/s^2 (as asked), but its norm at rest would be", "rad/s (as asked), but", "mT (as asked), but its middle norm would be"):
+        assert any(said in w for w in wrong.warnings), said
     forced = read(path, units={"specific_force": "g", "angular_rate": "deg/s", "magnetic_flux_density": "G"})
     np.testing.assert_allclose(forced.specific_force, walk_rows()[:, 1:4], rtol=1e-6)
     np.testing.assert_allclose(forced.angular_rate, walk_rows()[:, 4:7], rtol=1e-6)
@@ -88,10 +91,19 @@ def test_canonical_rate_in_degrees_alone_is_doubted(tmp_path):
     assert any("--units angular_rate=deg/s" in w for w in r.warnings)
 
 
+def test_a_forced_rate_that_is_too_slow_is_doubted(shared_data):
+    """What is forced is done, with a warning that reaches the results."""
+    walk = shared_data / "foot/gsu_gx5/SensorConnectData_32.csv"
+    r = read(walk, units={"angular_rate": "deg/s"})
+    assert any("deg/s (as asked), but gravity turns far faster" in w and "--units angular_rate=rad/s" in w for w in r.warnings)
+    assert not read(walk, units={"angular_rate": "rad/s"}).warnings
+
+
 def test_canonical_time_in_ms_is_doubted(tmp_path):
     path = write(tmp_path / "a.csv", HEADER, scaled(time=1e3))
     assert any("--units time=ms" in w for w in read(path).warnings)
     np.testing.assert_allclose(read(path, units={"time": "ms"}).time, walk_rows()[:, 0], atol=1e-9)
+    assert any("give --units time=ms" in w for w in read(path, units={"time": "s"}).warnings)
 
 
 def test_a_column_that_numbers_samples_is_no_time(tmp_path):

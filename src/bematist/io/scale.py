@@ -38,7 +38,7 @@ def time_factor(raw: Raw, forced: Mapping[str, str]) -> float:
             )
         unit = guess.time_unit(stamps)
         raw.warnings.append(f"The unit of time is not stated; from the steps it was taken for {unit}.")
-    elif "time" not in forced and (doubt := guess.doubt_time(stamps * UNITS["time"][unit])):
+    elif (doubt := guess.doubt_time(stamps * UNITS["time"][unit])):
         raw.warnings.append(doubt)
     return UNITS["time"][unit]
 
@@ -51,10 +51,7 @@ def times(values: Array, factor: float) -> Array:
 def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced: Mapping[str, str]) -> float:
     """Factor to SI (µT), with a note on where the unit comes from and a warning where it is a guess or doubtful."""
     word = WORDS[name]
-    if name in forced:
-        raw.notes.append(f"Units of the {word}: {forced[name]}, as asked")
-        return UNITS[name][forced[name]]
-    unit = raw.stated.get(name)
+    unit, source = (forced[name], "as asked") if name in forced else (raw.stated.get(name), raw.unit_source)
     if unit == "a.u.":
         raw.notes.append(f"Units of the {word}: arbitrary, 1 = the local field, taken as {FIELD_OF_AU_UT:g} µT")
         raw.warnings.append(
@@ -69,10 +66,10 @@ def factor(raw: Raw, name: str, values: Mapping[str, Array], time: Array, forced
             f"The unit of the {word} is not stated; it was taken for {found} ({why}). Force another with --units {name}=UNIT."
         )
         return UNITS[name][found]
-    raw.notes.append(f"Units of the {word}: {unit}, {raw.unit_source}")
+    raw.notes.append(f"Units of the {word}: {unit}, {source}")
     doubt = guess.doubt(name, times(values[name], UNITS[name][unit]), values, time)
     if doubt and not (name in raw.raw_readings and raw.uncalibrated):  # a phone's raw readings may be off by anything
         found, why = guess.unit_of(name, values, time)
         likely = f" The values look like {found} ({why}): if so, give --units {name}={found}." if found != unit else ""
-        raw.warnings.append(f"The {word} is in {unit} ({raw.unit_source}), but {doubt}.{likely}")
+        raw.warnings.append(f"The {word} is in {unit} ({source}), but {doubt}.{likely}")
     return UNITS[name][unit]
