@@ -17,10 +17,8 @@ TOLERANCE = 0.2
 """How far the norm at rest may lie from gravity for a unit to be believed."""
 RATE_LIMIT = 60.0
 """rad/s (3400 °/s): no body-worn sensor turns faster for long, and few measure more."""
-SLOW_RATE = 0.5
-"""rad/s (29 °/s): a sensor whose peaks stay below is hardly worn, or its unit is wrong."""
-SURE = 0.4
-"""A unit with which the gyroscope misses the turning of gravity by this part of what it does with another is the right one."""
+SLOW_RATE, MOVING = 0.3, 1.0
+"""rad/s (17 °/s) and m/s²: who shakes the accelerometer by more turns the gyroscope by more too, were it only at the hand."""
 JUDGED = 20000
 """Samples that are judged by the turning of gravity."""
 LEVELS = 40
@@ -79,7 +77,7 @@ def _rate_unit(force: Array, rate: Array, time: Array) -> tuple[str, str]:
     force, rate, time = force[part], rate[part], time[part]
     errors = {u: gravity_mismatch(force, rate * units.ANGULAR_RATE[u], time) for u in ("rad/s", "deg/s")}
     best, other = sorted(errors, key=lambda u: errors[u])
-    if np.isfinite(errors[best]) and errors[best] < SURE * errors[other]:
+    if np.isfinite(errors[best]) and errors[best] < 0.4 * errors[other]:
         return best, f"gravity turns with the gyroscope as {best} and not as {other}; peak {peak:.4g}"
     if peak > 20 * RATE_LIMIT * 180 / np.pi:
         return "mdeg/s", f"its peak is {peak:.4g}"
@@ -155,9 +153,9 @@ def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str
         unit, why = unit_of(name, {"specific_force": values["specific_force"], name: si}, time)
         if unit != "rad/s":
             return f"that does not fit the motion ({why})"
-        force = values["specific_force"]
-        slow = peak_rate(si) < SLOW_RATE and gravity_mismatch(force, np.degrees(si), time) < SURE * gravity_mismatch(force, si, time)
-        return "gravity turns far faster than that" if slow else ""
+        peak = peak_rate(si)
+        slow = peak < SLOW_RATE and float(np.nanstd(norms(values["specific_force"]))) > MOVING
+        return f"its peak would be {np.degrees(peak):.2g} °/s, less than of anyone who moves so" if slow else ""
     if name == "magnetic_flux_density":
         norm = float(np.nanmedian(norms(si)))
         return "" if FIELD_UT[0] < norm < FIELD_UT[1] else f"its middle norm would be {norm:.4g} µT"

@@ -38,7 +38,7 @@ def time_factor(raw: Raw, forced: Mapping[str, str]) -> float:
             )
         unit = guess.time_unit(stamps)
         raw.warnings.append(f"The unit of time is not stated; from the steps it was taken for {unit}.")
-    elif (doubt := guess.doubt_time(stamps * UNITS["time"][unit])):
+    elif doubt := guess.doubt_time(stamps * UNITS["time"][unit]):
         raw.warnings.append(doubt)
     return UNITS["time"][unit]
 
