@@ -188,7 +188,7 @@ def test_heading():
         n = rotation(unit(v)) @ m
         return np.arctan2(3.0 * n[1] - 20.0 * n[0], 3.0 * n[0] + 20.0 * n[1])
 
-    nu, used = hand_fields.heading(S, *m, 1.0, NEVER)
+    nu, used = hand_fields.heading(S, *m, 1.0, NEVER, True)
     assert not used
     np.testing.assert_allclose(nu, angle(q), atol=1e-12)
     # nu = estimate − truth, and the error of the state is truth − estimate.

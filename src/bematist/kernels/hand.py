@@ -7,7 +7,7 @@ import math
 
 from bematist.kernels import hand_layout as at
 from bematist.kernels import quasi_static, stance
-from bematist.kernels.hand_error import add_attitude_noise, offset_derivative, propagate_covariance, write_attitude_covariance
+from bematist.kernels.hand_error import write_attitude_covariance
 from bematist.kernels.hand_layout import (
     BA,
     BQ,
@@ -21,10 +21,12 @@ from bematist.kernels.hand_layout import (
     TIME,
     TURN,
     TURN_BQ,
+    TURNED,
     USED_BQ,
     Q,
 )
 from bematist.kernels.hand_observe import hard_iron, observe, restart_turn
+from bematist.kernels.hand_transition import add_attitude_noise, offset_derivative, project, propagate_covariance, transition
 from bematist.kernels.jit import inlined, kernel
 from bematist.kernels.layout import BRIDGED_OVER
 from bematist.kernels.rotation import exp_quaternion, in_body, multiply, normalise
@@ -42,6 +44,15 @@ def turned_rate(S, prm):
 
 
 @inlined
+def projects(prm):
+    """Whether P loses what it says along the quaternion, once a sample, after all its updates and before the next turn (`transition`).
+
+    In between, P lies along the quaternion by the square of what they turned it; of the rotation that is written it says nothing.
+    """
+    return prm[at.PROJECT] > 0 and prm[at.CORRECTION] == at.KALMAN
+
+
+@inlined
 def predict(S, prm, dt):
     """Attitude and covariance over dt seconds, up to the sample in S[ROW:]: MAGYQ eqs 17-19, 28-32. Returns the decay of eq 28.
 
@@ -53,18 +64,14 @@ def predict(S, prm, dt):
     r1, r2, r3 = r1 - share * S[BQ], r2 - share * S[BQ + 1], r3 - share * S[BQ + 2]
     n = 1 / math.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
     w, x, y, z = r0 * n, r1 * n, r2 * n, r3 * n
+    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
+    a0, a1, a2, a3 = multiply(q0, q1, q2, q3, w, x, y, z)
+    scale, p1, p2, p3 = (share * n, x, y, z) if prm[at.PROJECT] > 0 else (share, 0.0, 0.0, 0.0)
+    j = 1.0 if projects(prm) else 0.0
     S[STEP], S[STEP + 1], S[STEP + 2], S[STEP + 3] = w, x, y, z
-    if prm[at.PROJECT] > 0:
-        D = offset_derivative(w, x, y, z, share * n)
-    else:
-        D = (0.0, 0.0, 0.0, -share, 0.0, 0.0, 0.0, -share, 0.0, 0.0, 0.0, -share)
+    D = offset_derivative(1.0, 0.0, 0.0, 0.0, w, x, y, z, p1, p2, p3, scale)
     for i in range(12):
         S[STEP_BQ + i] = D[i]
-    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
-    b00, b10, b20, b30 = multiply(q0, q1, q2, q3, D[0], D[3], D[6], D[9])
-    b01, b11, b21, b31 = multiply(q0, q1, q2, q3, D[1], D[4], D[7], D[10])
-    b02, b12, b22, b32 = multiply(q0, q1, q2, q3, D[2], D[5], D[8], D[11])
-    a0, a1, a2, a3 = multiply(q0, q1, q2, q3, w, x, y, z)
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(a0, a1, a2, a3)
     decay = 1 - prm[at.ACCEL_DECAY] * dt
     for i in range(3):
@@ -76,10 +83,10 @@ def predict(S, prm, dt):
         bias_walk *= dt
     propagate_covariance(
         S,
-        *(w, x, y, z),
-        (b00, b01, b02, b10, b11, b12, b20, b21, b22, b30, b31, b32),
+        transition(w, x, y, z, q0, q1, q2, q3, j * a0, j * a1, j * a2, j * a3),
+        offset_derivative(q0, q1, q2, q3, a0, a1, a2, a3, p1, p2, p3, scale),
         *(0.25 * prm[at.PSD_ANGLE] * dt, bias_walk, decay, prm[at.ACCEL_BIAS_WALK] * dt),
-        *(prm[at.MAGNETIC + at.WALK] * dt, prm[at.FORCE + at.WALK] * dt),
+        *(prm[at.MAGNETIC + at.WALK] * dt, prm[at.FORCE + at.WALK] * dt, prm[at.REFERENCE] == at.ESTIMATED),
     )
     return decay
 
@@ -88,6 +95,12 @@ def predict(S, prm, dt):
 def accumulate_turn(S):
     """The rotation since the last magnetometer sample, and its derivative to the gyroscope-quaternion offset, over one more step."""
     w, x, y, z = S[STEP], S[STEP + 1], S[STEP + 2], S[STEP + 3]
+    if S[TURNED] == 0:
+        S[TURN], S[TURN + 1], S[TURN + 2], S[TURN + 3] = w, x, y, z
+        for i in range(12):
+            S[TURN_BQ + i] = S[STEP_BQ + i]
+        S[TURNED] = 1.0
+        return
     t0, t1, t2, t3 = S[TURN], S[TURN + 1], S[TURN + 2], S[TURN + 3]
     for i in range(3):
         a0, a1, a2, a3 = S[TURN_BQ + i], S[TURN_BQ + 3 + i], S[TURN_BQ + 6 + i], S[TURN_BQ + 9 + i]
@@ -103,6 +116,8 @@ def bridge(S, prm, index, memory, dt):
 
     Both fields may have changed: their periods end.
     """
+    if projects(prm):
+        project(S)
     if dt <= prm[at.GAP_BALLISTIC_S]:
         h = 0.5 * dt
         b = 2 / prm[at.PERIOD]
@@ -151,7 +166,8 @@ def navigate(S, prm, index, memory, nav, diag, k):
         decay = 1.0
         if dt > 0:
             decay = predict(S, prm, dt)
-            accumulate_turn(S)
+            if prm[at.MAGNETIC + at.GRADIENT] > 0:
+                accumulate_turn(S)
         if prm[at.IRON_USE] > 0:
             w0, w1, w2 = turned_rate(S, prm)
             b = 2 / prm[at.PERIOD]

@@ -1,11 +1,10 @@
-"""The error state of the handheld filter and its covariance: Jacobians, prediction, updates.
+"""The error state of the handheld filter and its covariance: Jacobians and updates; the prediction is in `hand_transition`.
 
 Additive error, true = estimate + error (MAGYQ eq 27), in the order of `hand_layout`: quaternion (4), gyroscope-quaternion offset (3),
 accelerometer offset (3), references of magnetic field and specific force in n (3 + 3). Erratum of eq 26: the scalar part of the
 gyroscope-quaternion offset is no state. The covariance is 16 rows of 16 at the head of the workspace S.
 """
 
-from bematist.kernels import hand_layout as at
 from bematist.kernels.hand_layout import E, Q, W, X
 from bematist.kernels.innovation import whiten
 from bematist.kernels.jit import apart, inlined
@@ -52,169 +51,43 @@ def times_offset(h, D, o):
 
 
 @inlined
-def offset_derivative(w, x, y, z, scale):
-    """Derivative (4x3, row by row) of the normalised q_w = (q_y − b)/|q_y − b| to b, eq 30: −scale (I − q_w q_wᵀ), last three columns."""
-    return (
-        scale * w * x,
-        scale * w * y,
-        scale * w * z,
-        scale * (x * x - 1),
-        scale * x * y,
-        scale * x * z,
-        scale * x * y,
-        scale * (y * y - 1),
-        scale * y * z,
-        scale * x * z,
-        scale * y * z,
-        scale * (z * z - 1),
-    )
-
-
-@inlined
-def _half(S, o):
-    """Seven entries from S[o] on: what a row of Φ P holds of the quaternion and of the gyroscope-quaternion offset."""
-    return S[o], S[o + 1], S[o + 2], S[o + 3], S[o + 4], S[o + 5], S[o + 6]
-
-
-@inlined
-def second_half(S, w, x, y, z, B):
-    """The quaternion's own block, (Φ P) Φᵀ: its upper triangle. The rest of its rows is done, as nothing else depends on others."""
-    a0, a1, a2, a3, b0, b1, b2 = _half(S, 0)
-    S[0] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
-    S[1] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
-    S[2] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
-    S[3] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-    a0, a1, a2, a3, b0, b1, b2 = _half(S, 16)
-    S[17] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
-    S[18] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
-    S[19] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-    a0, a1, a2, a3, b0, b1, b2 = _half(S, 32)
-    S[34] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
-    S[35] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-    a0, a1, a2, a3, b0, b1, b2 = _half(S, 48)
-    S[51] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-
-
-@apart
-def propagate_covariance(S, w, x, y, z, B, noise, bias_walk, decay, accel_walk, field_walk, force_walk):
-    """P ← Φ P Φᵀ + Q, MAGYQ eq 32, with Φ = {q←q: C(q_w), q←b_q: B (4x3), b_a←b_a: decay}; (w, x, y, z) is q_w.
-
-    Errata: the noise of the accelerometer offset is its own; the normalisations are in B and in `project`. The quaternion in S is the new
-    one already; `noise` is (dt/2)² times the variance of a gyroscope sample.
-    """
-    for c in range(16):
-        a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
-        b0, b1, b2 = S[64 + c], S[80 + c], S[96 + c]
-        S[c] = w * a0 - x * a1 - y * a2 - z * a3 + B[0] * b0 + B[1] * b1 + B[2] * b2
-        S[16 + c] = x * a0 + w * a1 + z * a2 - y * a3 + B[3] * b0 + B[4] * b1 + B[5] * b2
-        S[32 + c] = y * a0 - z * a1 + w * a2 + x * a3 + B[6] * b0 + B[7] * b1 + B[8] * b2
-        S[48 + c] = z * a0 + y * a1 - x * a2 + w * a3 + B[9] * b0 + B[10] * b1 + B[11] * b2
-    second_half(S, w, x, y, z, B)
-    for c in range(16):
-        S[112 + c] *= decay
-        S[128 + c] *= decay
-        S[144 + c] *= decay
-    for i in range(3):
-        for r in range(4):
-            S[16 * r + at.E_BA + i] *= decay
-        for r in range(7, 10):
-            S[16 * r + at.E_BA + i] *= decay
-    mirror(S)
-    add_attitude_noise(S, noise)
-    for i in range(3):
-        S[17 * (at.E_BQ + i)] += bias_walk
-        S[17 * (at.E_BA + i)] += accel_walk
-        S[17 * (at.E_M + i)] += field_walk
-        S[17 * (at.E_F + i)] += force_walk
-
-
-@inlined
-def add_attitude_noise(S, noise):
-    """P_qq ← P_qq + noise · (I − q qᵀ): a rotation vector of variance 4·noise about each axis."""
-    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
-    S[0] += noise * (1 - q0 * q0)
-    S[17] += noise * (1 - q1 * q1)
-    S[34] += noise * (1 - q2 * q2)
-    S[51] += noise * (1 - q3 * q3)
-    a, b, c, d, e, f = noise * q0 * q1, noise * q0 * q2, noise * q0 * q3, noise * q1 * q2, noise * q1 * q3, noise * q2 * q3
-    S[1] -= a
-    S[16] -= a
-    S[2] -= b
-    S[32] -= b
-    S[3] -= c
-    S[48] -= c
-    S[18] -= d
-    S[33] -= d
-    S[19] -= e
-    S[49] -= e
-    S[35] -= f
-    S[50] -= f
-
-
-@inlined
-def mirror(S):
-    """Columns of the quaternion and of the accelerometer offset from their rows, so that P stays symmetric to the last bit."""
-    for r in range(4):
-        for c in range(r + 1, 16):
-            S[16 * c + r] = S[16 * r + c]
-    for r in range(7, 10):
-        for c in range(4, 7):
-            S[16 * c + r] = S[16 * r + c]
-        for c in range(10, 16):
-            S[16 * c + r] = S[16 * r + c]
-
-
-@apart
-def project(S):
-    """Take out of P what it says along the quaternion, which is normalised after every update: J P Jᵀ, J = I − q qᵀ (erratum of eq 32).
-
-    Once a sample, after all its updates: in between, P lies along the quaternion by the square of what they turned it.
-    """
-    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
-    for c in range(16):
-        a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
-        t = q0 * a0 + q1 * a1 + q2 * a2 + q3 * a3
-        S[c], S[16 + c], S[32 + c], S[48 + c] = a0 - q0 * t, a1 - q1 * t, a2 - q2 * t, a3 - q3 * t
-    for r in range(4):
-        o = 16 * r
-        t = q0 * S[o] + q1 * S[o + 1] + q2 * S[o + 2] + q3 * S[o + 3]
-        S[o] -= q0 * t
-        S[o + 1] -= q1 * t
-        S[o + 2] -= q2 * t
-        S[o + 3] -= q3 * t
-    for r in range(4):
-        for c in range(r + 1, 16):
-            S[16 * c + r] = S[16 * r + c]
-
-
-@inlined
 def rows_quaternion(S, h):
     """W ← H_q P_q, for the part h (3x4) of a measurement's H that belongs to the quaternion."""
     for c in range(16):
         a0, a1, a2, a3 = S[c], S[16 + c], S[32 + c], S[48 + c]
-        S[W + c] = h[0] * a0 + h[1] * a1 + h[2] * a2 + h[3] * a3
-        S[W + 16 + c] = h[4] * a0 + h[5] * a1 + h[6] * a2 + h[7] * a3
-        S[W + 32 + c] = h[8] * a0 + h[9] * a1 + h[10] * a2 + h[11] * a3
+        S[W + c] = h[0] * a0 + h[1] * a1 + (h[2] * a2 + h[3] * a3)
+        S[W + 16 + c] = h[4] * a0 + h[5] * a1 + (h[6] * a2 + h[7] * a3)
+        S[W + 32 + c] = h[8] * a0 + h[9] * a1 + (h[10] * a2 + h[11] * a3)
 
 
 @inlined
-def rows_gyro(S, h):
-    """W ← H_b P_b, for the part h (3x3) of a measurement's H that belongs to the gyroscope-quaternion offset."""
+def rows_quaternion_accel(S, h, b):
+    """The same where H also has a part b (3x3) for the accelerometer's offset."""
+    for c in range(16):
+        a0, a1, a2, a3, x, y, z = S[c], S[16 + c], S[32 + c], S[48 + c], S[112 + c], S[128 + c], S[144 + c]
+        S[W + c] = h[0] * a0 + h[1] * a1 + h[2] * a2 + h[3] * a3 + (b[0] * x + b[1] * y + b[2] * z)
+        S[W + 16 + c] = h[4] * a0 + h[5] * a1 + h[6] * a2 + h[7] * a3 + (b[3] * x + b[4] * y + b[5] * z)
+        S[W + 32 + c] = h[8] * a0 + h[9] * a1 + h[10] * a2 + h[11] * a3 + (b[6] * x + b[7] * y + b[8] * z)
+
+
+@inlined
+def rows_gyro(S, g):
+    """W ← H_b P_b, for the part g (3x3) of a measurement's H that belongs to the gyroscope-quaternion offset."""
     for c in range(16):
         b0, b1, b2 = S[64 + c], S[80 + c], S[96 + c]
-        S[W + c] = h[0] * b0 + h[1] * b1 + h[2] * b2
-        S[W + 16 + c] = h[3] * b0 + h[4] * b1 + h[5] * b2
-        S[W + 32 + c] = h[6] * b0 + h[7] * b1 + h[8] * b2
+        S[W + c] = g[0] * b0 + g[1] * b1 + g[2] * b2
+        S[W + 16 + c] = g[3] * b0 + g[4] * b1 + g[5] * b2
+        S[W + 32 + c] = g[6] * b0 + g[7] * b1 + g[8] * b2
 
 
 @inlined
-def rows_accel(S, h):
-    """W ← W + H_b P_b, for the part h (3x3) that belongs to the accelerometer's offset."""
+def rows_gyro_accel(S, g, b):
+    """The same where H also has a part b (3x3) for the accelerometer's offset."""
     for c in range(16):
-        b0, b1, b2 = S[112 + c], S[128 + c], S[144 + c]
-        S[W + c] += h[0] * b0 + h[1] * b1 + h[2] * b2
-        S[W + 16 + c] += h[3] * b0 + h[4] * b1 + h[5] * b2
-        S[W + 32 + c] += h[6] * b0 + h[7] * b1 + h[8] * b2
+        b0, b1, b2, x, y, z = S[64 + c], S[80 + c], S[96 + c], S[112 + c], S[128 + c], S[144 + c]
+        S[W + c] = g[0] * b0 + g[1] * b1 + g[2] * b2 + (b[0] * x + b[1] * y + b[2] * z)
+        S[W + 16 + c] = g[3] * b0 + g[4] * b1 + g[5] * b2 + (b[3] * x + b[4] * y + b[5] * z)
+        S[W + 32 + c] = g[6] * b0 + g[7] * b1 + g[8] * b2 + (b[6] * x + b[7] * y + b[8] * z)
 
 
 @inlined
@@ -256,58 +129,72 @@ def times_block(S, r, e, h):
 
 
 @inlined
-def subtract(S, references):
-    """P ← P − W Wᵀ. Several rows in one loop, at fixed places: else the compiler would not use its vector registers."""
+def _subtract(S, n):
+    """P ← P − W Wᵀ, n columns of the first ten rows. Several in one loop: else no vector registers are used."""
     a0, b0, g0 = S[W + 0], S[W + 16], S[W + 32]
     a1, b1, g1 = S[W + 1], S[W + 17], S[W + 33]
     a2, b2, g2 = S[W + 2], S[W + 18], S[W + 34]
     a3, b3, g3 = S[W + 3], S[W + 19], S[W + 35]
-    for c in range(16):
+    for c in range(n):
         x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
-        S[c] -= a0 * x + b0 * y + g0 * z
-        S[16 + c] -= a1 * x + b1 * y + g1 * z
-        S[32 + c] -= a2 * x + b2 * y + g2 * z
-        S[48 + c] -= a3 * x + b3 * y + g3 * z
+        S[c] = S[c] - a0 * x - b0 * y - g0 * z
+        S[16 + c] = S[16 + c] - a1 * x - b1 * y - g1 * z
+        S[32 + c] = S[32 + c] - a2 * x - b2 * y - g2 * z
+        S[48 + c] = S[48 + c] - a3 * x - b3 * y - g3 * z
     a4, b4, g4 = S[W + 4], S[W + 20], S[W + 36]
     a5, b5, g5 = S[W + 5], S[W + 21], S[W + 37]
     a6, b6, g6 = S[W + 6], S[W + 22], S[W + 38]
     a7, b7, g7 = S[W + 7], S[W + 23], S[W + 39]
     a8, b8, g8 = S[W + 8], S[W + 24], S[W + 40]
     a9, b9, g9 = S[W + 9], S[W + 25], S[W + 41]
+    for c in range(n):
+        x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
+        S[64 + c] = S[64 + c] - a4 * x - b4 * y - g4 * z
+        S[80 + c] = S[80 + c] - a5 * x - b5 * y - g5 * z
+        S[96 + c] = S[96 + c] - a6 * x - b6 * y - g6 * z
+        S[112 + c] = S[112 + c] - a7 * x - b7 * y - g7 * z
+        S[128 + c] = S[128 + c] - a8 * x - b8 * y - g8 * z
+        S[144 + c] = S[144 + c] - a9 * x - b9 * y - g9 * z
+
+
+@inlined
+def _subtract_references(S):
+    """The same of the rows of the references."""
+    a10, b10, g10 = S[W + 10], S[W + 26], S[W + 42]
+    a11, b11, g11 = S[W + 11], S[W + 27], S[W + 43]
+    a12, b12, g12 = S[W + 12], S[W + 28], S[W + 44]
+    a13, b13, g13 = S[W + 13], S[W + 29], S[W + 45]
+    a14, b14, g14 = S[W + 14], S[W + 30], S[W + 46]
+    a15, b15, g15 = S[W + 15], S[W + 31], S[W + 47]
     for c in range(16):
         x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
-        S[64 + c] -= a4 * x + b4 * y + g4 * z
-        S[80 + c] -= a5 * x + b5 * y + g5 * z
-        S[96 + c] -= a6 * x + b6 * y + g6 * z
-        S[112 + c] -= a7 * x + b7 * y + g7 * z
-        S[128 + c] -= a8 * x + b8 * y + g8 * z
-        S[144 + c] -= a9 * x + b9 * y + g9 * z
-    if references:
-        a10, b10, g10 = S[W + 10], S[W + 26], S[W + 42]
-        a11, b11, g11 = S[W + 11], S[W + 27], S[W + 43]
-        a12, b12, g12 = S[W + 12], S[W + 28], S[W + 44]
-        a13, b13, g13 = S[W + 13], S[W + 29], S[W + 45]
-        a14, b14, g14 = S[W + 14], S[W + 30], S[W + 46]
-        a15, b15, g15 = S[W + 15], S[W + 31], S[W + 47]
-        for c in range(16):
-            x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
-            S[160 + c] -= a10 * x + b10 * y + g10 * z
-            S[176 + c] -= a11 * x + b11 * y + g11 * z
-            S[192 + c] -= a12 * x + b12 * y + g12 * z
-            S[208 + c] -= a13 * x + b13 * y + g13 * z
-            S[224 + c] -= a14 * x + b14 * y + g14 * z
-            S[240 + c] -= a15 * x + b15 * y + g15 * z
+        S[160 + c] = S[160 + c] - a10 * x - b10 * y - g10 * z
+        S[176 + c] = S[176 + c] - a11 * x - b11 * y - g11 * z
+        S[192 + c] = S[192 + c] - a12 * x - b12 * y - g12 * z
+        S[208 + c] = S[208 + c] - a13 * x - b13 * y - g13 * z
+        S[224 + c] = S[224 + c] - a14 * x - b14 * y - g14 * z
+        S[240 + c] = S[240 + c] - a15 * x - b15 * y - g15 * z
 
 
 @apart
 def update(S, L, references):
-    """x ← x + W L⁻¹ z and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ (W holds H P before); then the quaternion is a unit quaternion again.
+    """x ← x + W y and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ D^-½ (W holds H P before), L, D, y as `factor` has them.
 
-    Without `references` in the state, their rows are zero and left out.
+    Then the quaternion is a unit quaternion again. Without `references` in the state, their rows and columns are zero and left out.
     """
     whiten(S, W, E, L, 16)
     subtract(S, references)
     correct(S)
+
+
+@inlined
+def subtract(S, references):
+    """P ← P − W Wᵀ."""
+    if references:
+        _subtract(S, 16)
+        _subtract_references(S)
+    else:
+        _subtract(S, 12)
 
 
 @inlined
@@ -319,14 +206,14 @@ def correct(S):
 
 
 @apart
-def update_scalar(S, y, i):
+def update_scalar(S, y, i, references):
     """The same for one number: W holds H P in its first row, i = 1/√(H P Hᵀ + R), y = i·z."""
     for c in range(16):
         S[W + c] *= i
         S[E + c] = S[W + c] * y
     for c in range(32):
         S[W + 16 + c] = 0.0
-    subtract(S, True)
+    subtract(S, references)
     correct(S)
 
 

@@ -10,11 +10,12 @@ from bematist.kernels.hand_error import (
     h1,
     h3,
     rotation_rows,
-    rows_accel,
     rows_gyro,
+    rows_gyro_accel,
     rows_own_field,
     rows_own_force,
     rows_quaternion,
+    rows_quaternion_accel,
     times_block,
     times_offset,
     times_quaternion,
@@ -53,10 +54,11 @@ def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, 
 @inlined
 def _innovation(S, h, C, force, reference, own):
     """W ← H P, and the lower triangle of H P Hᵀ, of a quasi-static field."""
-    rows_quaternion(S, h)
     b = (-C[0], -C[1], -C[2], -C[3], -C[4], -C[5], -C[6], -C[7], -C[8])
     if force:
-        rows_accel(S, b)
+        rows_quaternion_accel(S, h, b)
+    else:
+        rows_quaternion(S, h)
     if own:
         if force:
             rows_own_force(S)
@@ -118,11 +120,12 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
     z0 = y0 - (C[0] * x0 + C[3] * x1 + C[6] * x2) - (b[0] * d0 + b[1] * d1 + b[2] * d2)
     z1 = y1 - (C[1] * x0 + C[4] * x1 + C[7] * x2) - (b[3] * d0 + b[4] * d1 + b[5] * d2)
     z2 = y2 - (C[2] * x0 + C[5] * x1 + C[8] * x2) - (b[6] * d0 + b[7] * d1 + b[8] * d2)
-    rows_gyro(S, b)
     e = 1 / decay
     a = (1 - C[0] * e, -C[3] * e, -C[6] * e, -C[1] * e, 1 - C[4] * e, -C[7] * e, -C[2] * e, -C[5] * e, 1 - C[8] * e)
     if force:
-        rows_accel(S, a)
+        rows_gyro_accel(S, b, a)
+    else:
+        rows_gyro(S, b)
     s00, _, _ = times_block(S, 0, at.E_BQ, b)
     s10, s11, _ = times_block(S, 1, at.E_BQ, b)
     s20, s21, s22 = times_block(S, 2, at.E_BQ, b)
@@ -139,7 +142,7 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
 
 
 @apart
-def heading(S, m0, m1, m2, variance, limit):
+def heading(S, m0, m1, m2, variance, limit, references):
     """Heading from the Earth's field as a scalar measurement, tilt left alone. Returns the innovation (rad) and whether it was used.
 
     The field turned into n is exp([psi×]) m_n, so its horizontal direction is off by nu = psi_z − (h·psi) m_z/m_h.
@@ -161,7 +164,7 @@ def heading(S, m0, m1, m2, variance, limit):
     i = 1 / math.sqrt(own + variance)
     used = nu * nu <= limit * (own + variance)
     if used:
-        update_scalar(S, nu * i, i)
+        update_scalar(S, nu * i, i, references)
     return nu, used
 
 

@@ -17,6 +17,7 @@ TIME, STARTED, RATE, LAST_M_TIME = 379, 380, 381, 384
 FAULTS = 385  # of magnetic field and specific force, in a row
 ANCHORED = 387  # whether the magnetic field is being compared with what it was where the sensor rests
 ROW = 388
+TURNED = 399  # whether there is a TURN: since the last magnetometer sample something was turned
 # the Earth's field that samples are compared with, and of `hard_iron`
 EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(400, 405)
 IRON = 405

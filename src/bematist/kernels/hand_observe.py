@@ -6,7 +6,6 @@ from bematist.kernels import hand_layout as at
 from bematist.kernels import hard_iron as iron
 from bematist.kernels import hard_iron_layout as iron_layout
 from bematist.kernels import quasi_static, stance
-from bematist.kernels.hand_error import project
 from bematist.kernels.hand_fields import (
     clone_field,
     clone_force,
@@ -81,7 +80,7 @@ def magnetic_updates(S, index, memory, prm, starts, still, diag, k):
     With REST_VARIANCE the field is compared with itself only in a rest, from where that begins.
     """
     m0, m1, m2 = S[ROW + 7], S[ROW + 8], S[ROW + 9]
-    f, d, o = at.MAGNETIC, at.FIELD_M, index[FIELD_INDEX + at.RING]
+    f, d, o = at.MAGNETIC, at.FIELD_M, quasi_static.place_of(index, FIELD_INDEX + at.RING)
     references = prm[at.REFERENCE] == at.ESTIMATED
     earth = memory[o + at.IS_EARTH] > 0
     r, local = prm[f + at.VARIANCE], prm[f + at.LOCAL] > 0
@@ -111,7 +110,7 @@ def magnetic_updates(S, index, memory, prm, starts, still, diag, k):
 @inlined
 def force_updates(S, index, memory, prm, starts, diag, k):
     """Quasi-static field update by the specific force, in a static period. Returns the verdict."""
-    f, d, o = at.FORCE, at.FIELD_F, index[FORCE_INDEX + at.RING]
+    f, d, o = at.FORCE, at.FIELD_F, quasi_static.place_of(index, FORCE_INDEX + at.RING)
     references = prm[at.REFERENCE] == at.ESTIMATED
     earth = memory[o + at.IS_EARTH] > 0
     if starts:
@@ -194,7 +193,7 @@ def north(S, prm, diag, k):
             e, n = S[at.EARTH_E], S[at.EARTH_N]
             squared = (along * along + across * across) / (2 * (e * e + n * n))
             r = (prm[at.HEADING_PSD] + prm[at.HEADING_SPREAD] * squared) / min(dt, prm[at.HEADING_LONGEST_S])
-            nu, _ = heading(S, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT])
+            nu, _ = heading(S, m0, m1, m2, r, prm[at.MAGNETIC + at.LIMIT], prm[at.REFERENCE] == at.ESTIMATED)
             diag[k, at.HEADING_NU] = nu
 
 
@@ -251,8 +250,6 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
             S[at.ANCHORED] = 0.0
         if magnetic and prm[at.HEADING_PSD] > 0 and S[LAST_M_KNOWN] > 0:
             north(S, prm, diag, k)
-        if prm[at.PROJECT] > 0:
-            project(S)
     remember(S, magnetic, measured)
 
 
@@ -293,6 +290,4 @@ def remember(S, magnetic, measured):
 @inlined
 def restart_turn(S):
     """No rotation since the last magnetometer sample."""
-    S[at.TURN] = 1.0
-    for i in range(1, 16):
-        S[at.TURN + i] = 0.0
+    S[at.TURNED] = 0.0

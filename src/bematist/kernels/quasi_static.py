@@ -13,9 +13,15 @@ from bematist.kernels.jit import apart, inlined
 
 
 @inlined
+def place_of(index, i):
+    """index[i], a place in an array or a number of values: not negative, which is said here so that it is not asked at every access."""
+    return index[i] & 0x7FFFFFFF
+
+
+@inlined
 def forget(index, memory, i):
     """The values so far say nothing about the next: after a gap, or where the period was wrong."""
-    o = index[i + RING]
+    o = place_of(index, i + RING)
     index[i + COUNT] = index[i + PLACE] = 0
     memory[o + SUM] = memory[o + SQUARES] = memory[o + CHANGES] = memory[o + STATIC] = 0.0
 
@@ -23,7 +29,7 @@ def forget(index, memory, i):
 @inlined
 def _anew(index, memory, i):
     """The sums, made anew from the full ring whose oldest value stands first."""
-    o, length = index[i + RING], index[i + LENGTH]
+    o, length = place_of(index, i + RING), place_of(index, i + LENGTH)
     ring = o + DETECTOR_HEAD
     total = squares = changes = 0.0
     for k in range(length):
@@ -39,7 +45,8 @@ def _anew(index, memory, i):
 @apart
 def push(index, memory, i, norm, n0, n1, n2):
     """Take a value into the window; the oldest leaves. The sums are made anew once a window, so that rounding cannot pile up."""
-    o, length, count, place = index[i + RING], index[i + LENGTH], index[i + COUNT], index[i + PLACE]
+    o, length = place_of(index, i + RING), place_of(index, i + LENGTH)
+    count, place = place_of(index, i + COUNT), place_of(index, i + PLACE)
     ring = o + DETECTOR_HEAD
     r = ring + ENTRY * place
     after = place + 1 if place + 1 < length else 0
@@ -63,20 +70,20 @@ def push(index, memory, i, norm, n0, n1, n2):
 @apart
 def first_mean(index, memory, i, c):
     """Mean of column c of the first values of a full window: the reference of a period that begins with it."""
-    ring, length, place = index[i + RING] + DETECTOR_HEAD, index[i + LENGTH], index[i + PLACE]
+    ring, length, place = place_of(index, i + RING) + DETECTOR_HEAD, place_of(index, i + LENGTH), place_of(index, i + PLACE)
     total = 0.0
-    for _ in range(index[i + FIRST]):
+    for _ in range(place_of(index, i + FIRST)):
         total += memory[ring + ENTRY * place + c]
         place += 1
         if place == length:
             place = 0
-    return total / index[i + FIRST]
+    return total / place_of(index, i + FIRST)
 
 
 @inlined
 def _deviation(index, memory, i, reference):
     """Root mean square of norm − reference over the window: MAGYQ eq 33 (erratum: N+1 terms, up to now; gamma_1 squared is a variance)."""
-    o, length = index[i + RING], index[i + LENGTH]
+    o, length = place_of(index, i + RING), place_of(index, i + LENGTH)
     square = (memory[o + SQUARES] - 2 * reference * memory[o + SUM]) / length + reference * reference
     return math.sqrt(max(0.0, square))
 
@@ -85,8 +92,8 @@ def _deviation(index, memory, i, reference):
 def _statistic(index, memory, i, prm, f, reference):
     """The test statistic and its limit: eq 33, or the likelihood ratio of the norm's change, Σ (|m_k| − |m_k-1|)² / (2 N σ²)."""
     if prm[f + at.DETECTOR] == at.BY_LIKELIHOOD:
-        changes = memory[index[i + RING] + CHANGES]
-        return max(0.0, changes) / (2 * (index[i + LENGTH] - 1) * prm[f + at.VARIANCE]), prm[f + at.LIKELIHOOD]
+        changes = memory[place_of(index, i + RING) + CHANGES]
+        return max(0.0, changes) / (2 * (place_of(index, i + LENGTH) - 1) * prm[f + at.VARIANCE]), prm[f + at.LIKELIHOOD]
     return _deviation(index, memory, i, reference), prm[f + at.DEVIATION]
 
 
@@ -97,8 +104,8 @@ def judge(index, memory, i, prm, f, norm):
     A period lasts while the statistic stays within its limit and the last norm within `OUTLIER` of the reference (eq 34, erratum: its
     absolute value). Where the old reference fails, the window itself may begin a new period.
     """
-    o = index[i + RING]
-    if index[i + COUNT] < index[i + LENGTH]:
+    o = place_of(index, i + RING)
+    if place_of(index, i + COUNT) < place_of(index, i + LENGTH):
         return False, False, math.nan
     if memory[o + STATIC] > 0:
         reference = memory[o + at.REFERENCE_NORM]
@@ -107,7 +114,7 @@ def judge(index, memory, i, prm, f, norm):
             return True, False, statistic
         memory[o + STATIC] = 0.0
     # No reference makes the deviation less than the mean does.
-    statistic, limit = _statistic(index, memory, i, prm, f, memory[o + SUM] / index[i + LENGTH])
+    statistic, limit = _statistic(index, memory, i, prm, f, memory[o + SUM] / place_of(index, i + LENGTH))
     if not statistic < limit:
         return False, False, statistic
     reference = first_mean(index, memory, i, 0)
