@@ -31,21 +31,23 @@ struct Filter {
     d x[10];                                    // q, b_q, b_a
     d step[4], D[4][3];                         // rotation of the sample and its derivative to b_q
 
+    // P <- Phi P Phi^T + Q, Phi = {q<-q: A = C(q_w) (I - q q^T), q<-b_q: B, b_a<-b_a: decay}; the updates before leave P along q to this
     void predict(const d *w, d dt, d qq, d qb, d qa, d decay) {
         d r[4]; exp_quat(w[0]*dt, w[1]*dt, w[2]*dt, r); for (int i = 0; i < 3; i++) r[1+i] -= x[4+i];
         d n = 1/std::sqrt(r[0]*r[0] + r[1]*r[1] + r[2]*r[2] + r[3]*r[3]); for (int i = 0; i < 4; i++) step[i] = r[i]*n;
         for (int i = 0; i < 4; i++) for (int j = 0; j < 3; j++) D[i][j] = n*(step[i]*step[1+j] - (i == 1+j));
-        d B[4][3]; for (int j = 0; j < 3; j++) { d c[4] = {D[0][j], D[1][j], D[2][j], D[3][j]}; qmul(x, c, c); for (int i = 0; i < 4; i++) B[i][j] = c[i]; }
-        d a = step[0], b = step[1], c = step[2], f = step[3];
-        d A[4][4] = {{a,-b,-c,-f},{b,a,f,-c},{c,-f,a,b},{f,c,-b,a}};
-        qmul(x, step, x); qnorm(x); for (int i = 7; i < 10; i++) x[i] *= decay;
+        d a = step[0], b = step[1], c = step[2], f = step[3], p[4]; qmul(x, step, p);
+        d q[4] = {x[0], x[1], x[2], x[3]}, A[4][4] = {{a,-b,-c,-f},{b,a,f,-c},{c,-f,a,b},{f,c,-b,a}};
+        d U[4][3] = {{-q[1],-q[2],-q[3]},{q[0],-q[3],q[2]},{q[3],q[0],-q[1]},{-q[2],q[1],q[0]}}, B[4][3];
+        for (int i = 0; i < 4; i++) { for (int j = 0; j < 4; j++) A[i][j] -= p[i]*q[j]; for (int j = 0; j < 3; j++) B[i][j] = n*(p[i]*step[1+j] - U[i][j]); }
+        for (int i = 0; i < 4; i++) x[i] = p[i]; qnorm(x); for (int i = 7; i < 10; i++) x[i] *= decay;
         alignas(64) d M[4][12];
-        for (int k = 0; k < 12; k++) for (int i = 0; i < 4; i++) { d s = 0; for (int j = 0; j < 4; j++) s += A[i][j]*P[j][k]; for (int j = 0; j < 3; j++) s += B[i][j]*P[4+j][k]; M[i][k] = s; }
-        for (int i = 0; i < 4; i++) for (int k = i; k < 4; k++) { d s = 0; for (int j = 0; j < 4; j++) s += M[i][j]*A[k][j]; for (int j = 0; j < 3; j++) s += M[i][4+j]*B[k][j]; P[i][k] = P[k][i] = s; }
-        for (int i = 0; i < 4; i++) for (int k = 4; k < 10; k++) { d s = k < 7 ? 1 : decay; P[i][k] = P[k][i] = M[i][k]*s; }
-        for (int i = 4; i < 7; i++) for (int k = 7; k < 10; k++) P[k][i] = P[i][k] *= decay;
-        for (int i = 7; i < 10; i++) for (int k = 7; k < 10; k++) P[i][k] *= decay*decay;
-        for (int i = 0; i < 4; i++) for (int k = 0; k < 4; k++) P[i][k] += qq*((i == k) - x[i]*x[k]);
+        for (int k = 0; k < 12; k++) { d s = k > 6 && k < 10 ? decay : 1;
+            for (int i = 0; i < 4; i++) { d t = 0; for (int j = 0; j < 4; j++) t += A[i][j]*P[j][k]; for (int j = 0; j < 3; j++) t += B[i][j]*P[4+j][k]; M[i][k] = s*t; }
+            for (int i = 4; i < 7; i++) P[i][k] *= s; for (int i = 7; i < 10; i++) P[i][k] *= s*decay; }
+        for (int i = 0; i < 4; i++) for (int k = 4; k < 12; k++) P[i][k] = M[i][k];
+        for (int k = 4; k < 10; k++) for (int i = 0; i < 4; i++) P[k][i] = M[i][k];
+        for (int i = 0; i < 4; i++) for (int k = i; k < 4; k++) { d s = qq*((i == k) - x[i]*x[k]); for (int j = 0; j < 4; j++) s += M[i][j]*A[k][j]; for (int j = 0; j < 3; j++) s += M[i][4+j]*B[k][j]; P[i][k] = P[k][i] = s; }
         for (int i = 0; i < 3; i++) { P[4+i][4+i] += qb; P[7+i][7+i] += qa; }
     }
     // H has its entries in the columns [first, last); only those rows of P are read
@@ -55,18 +57,14 @@ struct Filter {
     }
     template <int first, int last> d finish(const d (*H)[10], const d *z, d R, d limit) {
         d S[3][3]; for (int i = 0; i < 3; i++) for (int j = 0; j <= i; j++) { d s = i == j ? R : 0; for (int k = first; k < last; k++) s += HP[i][k]*H[j][k]; S[i][j] = s; }
-        d i0 = 1/std::sqrt(S[0][0]), l10 = S[1][0]*i0, l20 = S[2][0]*i0, i1 = 1/std::sqrt(S[1][1] - l10*l10), l21 = (S[2][1] - l20*l10)*i1, i2 = 1/std::sqrt(S[2][2] - l20*l20 - l21*l21);
-        d y0 = z[0]*i0, y1 = (z[1] - l10*y0)*i1, y2 = (z[2] - l20*y0 - l21*y1)*i2, nis = y0*y0 + y1*y1 + y2*y2;
+        d i0 = 1/S[0][0], l10 = S[1][0]*i0, l20 = S[2][0]*i0, t11 = S[1][1] - l10*S[1][0], t21 = S[2][1] - l20*S[1][0], t22 = S[2][2] - l20*S[2][0];
+        d i1 = 1/t11, i2 = t11/(t11*t22 - t21*t21), l21 = t21*i1, r0 = std::sqrt(i0), r1 = std::sqrt(i1), r2 = std::sqrt(i2);
+        d y0 = z[0]*r0, y1 = (z[1] - l10*z[0])*r1, y2 = (z[2] - l20*z[0] - l21*(z[1] - l10*z[0]))*r2, nis = y0*y0 + y1*y1 + y2*y2;
         if (nis > limit) return nis;
-        for (int j = 0; j < 12; j++) { d u = HP[0][j]*i0, v = (HP[1][j] - l10*u)*i1, t = (HP[2][j] - l20*u - l21*v)*i2; HP[0][j] = u; HP[1][j] = v; HP[2][j] = t; e[j] = u*y0 + v*y1 + t*y2; }
-        for (int i = 0; i < 10; i++) { d u = HP[0][i], v = HP[1][i], t = HP[2][i]; for (int j = 0; j < 12; j++) P[i][j] -= u*HP[0][j] + v*HP[1][j] + t*HP[2][j]; }
+        for (int j = 0; j < 12; j++) { d u = HP[0][j], v = HP[1][j] - l10*u, t = HP[2][j] - l20*u - l21*v; u *= r0; v *= r1; t *= r2; HP[0][j] = u; HP[1][j] = v; HP[2][j] = t; e[j] = u*y0 + v*y1 + t*y2; }
+        for (int i = 0; i < 10; i++) { d u = HP[0][i], v = HP[1][i], t = HP[2][i]; for (int j = 0; j < 12; j++) P[i][j] = P[i][j] - u*HP[0][j] - v*HP[1][j] - t*HP[2][j]; }
         for (int i = 0; i < 10; i++) x[i] += e[i];
         qnorm(x); return nis;
-    }
-    void project() {
-        for (int j = 0; j < 12; j++) { d t = 0; for (int i = 0; i < 4; i++) t += x[i]*P[i][j]; for (int i = 0; i < 4; i++) P[i][j] -= x[i]*t; }
-        for (int r = 0; r < 4; r++) { d t = 0; for (int i = 0; i < 4; i++) t += x[i]*P[r][i]; for (int i = 0; i < 4; i++) P[r][i] -= x[i]*t; }
-        for (int r = 0; r < 4; r++) for (int c = r + 1; c < 10; c++) P[c][r] = P[r][c];
     }
     // quasi-static field: z = r - q y q*
     template <bool force> d field(const d *m, const d *r, d R, d limit) {
@@ -125,7 +123,6 @@ extern "C" void hand(int64_t n, const d *columns, const d *p, const d *x0, const
         if (still) o[30] = (float)F.gradient<true>(before_f, f, used, p[4], p[8], p[9]);
         if (still) o[28] = (float)F.field<true>(f, A.ref, p[6], p[9]);
         if (steady) o[20] = (float)F.field<false>(m, M.ref, p[5], p[9]);
-        F.project();
         for (int i = 0; i < 3; i++) { before_m[i] = m[i]; before_f[i] = f[i]; }
         d *v = nav + 11*k; v[0] = columns[k]; for (int i = 0; i < 4; i++) v[1+i] = F.x[i];
         d a = F.x[0], b = F.x[1], c = F.x[2], e = F.x[3], G[3][4] = {{2*b,-2*a,2*e,-2*c},{2*c,-2*e,-2*a,2*b},{2*e,2*c,-2*b,-2*a}}; int j = 5;
