@@ -23,16 +23,17 @@ format: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
-# docs/accuracy.md: every recording at hand, by every method; the tables in docs/attitude.md, docs/map.md, docs/pdr.md and docs/hard-iron.md
+# docs/accuracy.md: every recording at hand, by every method; the tables in docs/attitude.md, docs/hand.md, docs/map.md, docs/pdr.md and docs/hard-iron.md
 accuracy: $(STAMP)
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/attitude.py
 	$(BIN)/python benchmarks/waypoints.py
 	$(BIN)/python benchmarks/hard_iron.py
 
-# the table of docs/stance.md: what was tried on runs
+# the tables of what was tried in docs/stance.md and docs/hand.md
 tried: $(STAMP)
 	$(BIN)/python benchmarks/tried.py
+	$(BIN)/python benchmarks/hand_tried.py
 
 # docs/reproduce: tables and figures of the papers; what was computed is kept in build/reproduce, and only what is missing is computed
 reproduce: $(STAMP)

@@ -1,4 +1,4 @@
-"""Attitude on recordings whose truth is known: the table and the pictures of docs/attitude.md (part of `make accuracy`).
+"""Attitude on recordings whose truth is known: tables of docs/attitude.md and docs/hand.md, and pictures (part of `make accuracy`).
 
 The recordings are looked for at BEMATIST_SHARED, then beside the project.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import ahrs
@@ -27,6 +28,13 @@ TRIALS: dict[str, tuple[str, Align]] = {
     "hand/nexus5_mocap/Thibaud_Nexus5_NoDist_Swinging": ("phone, swinging", "frames"),
 }
 """Recordings: what they are, and what is taken out of the error. A motion capture knows neither North nor the phone's axes."""
+ALIGNED: dict[str, tuple[str, Align]] = {
+    path: (words, "frames" if align == "frames" else "yaw")
+    for (path, (_, align)), words in zip(
+        TRIALS.items(), ("BROAD 12, undisturbed", "BROAD 33, magnet", "phone, texting", "phone, swinging"), strict=True
+    )
+}
+"""The same in the tables of docs/hand.md, which judge how a heading is held and not where its North is."""
 DRAWN = {"none": ("`gyro`", "`mahony`", "`madgwick`"), "frames": ("`gyint`", "`magyq-estimated`", "`hand`", "VQF, online")}
 BLIND = {"integration": "first-order", "initial": {"gyro_bias_sd": 0.0}}
 """As printed, and without the gyroscope's offset from the rest: what the peers do."""
@@ -95,8 +103,26 @@ def result(r: bm.Recording, q: np.ndarray) -> bm.Attitude:
     return bm.Attitude(time=r.time, attitude=q, gyro_bias=np.full((len(r), 3), np.nan))
 
 
+def judged(path: str, run: Callable[[bm.Recording], bm.Attitude]) -> str:
+    """Rms of heading and tilt of a filter on one of `ALIGNED`, deg."""
+    r = bm.read(DATA / path)
+    assert r.reference is not None
+    d = bm.evaluate_attitude(run(r), r.reference, ALIGNED[path][1]).to_dict()
+    return f"{d['heading_rmse_deg']:.1f} / {d['tilt_rmse_deg']:.1f}"
+
+
+def handheld() -> None:
+    """The table of docs/hand.md."""
+    runs = {f"`{name}`": partial(bm.attitude, filter=name) for name in ("gyint", "quest", "magyq", "magyq-estimated", "hand")}
+    lines = ["| | " + " | ".join(words for words, _ in ALIGNED.values()) + " |", "|---" * (len(ALIGNED) + 1) + "|"]
+    lines += ["| " + " | ".join([name, *(judged(path, run) for path in ALIGNED)]) + " |" for name, run in {**runs, "VQF": _vqf}.items()]
+    fill(ROOT / "docs" / "hand.md", "recorded", lines)
+    print("\n".join(lines), flush=True)
+
+
 def main() -> None:
     required("attitude", "hand")
+    handheld()
     columns: list[dict[str, str]] = []
     for path, (words, align) in TRIALS.items():
         print(words, flush=True)
