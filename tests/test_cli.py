@@ -413,7 +413,7 @@ def test_no_place_for_text_with_brackets(recording: Path, capsys: pytest.Capture
 def test_compare(recording: Path, truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "walk.csv", "--methods", "foot, zupt", "--reference", "truth.csv", "-o", "out"]) == 0
     said = capsys.readouterr().out
-    assert "alignment by yaw" in said
+    assert "alignment by yaw" in said and "Truth: truth.csv\n" in said
     rows = json.loads(Path("out/comparison.json").read_text())
     assert [row["method"] for row in rows] == ["foot", "zupt"]
     assert all(row["ate_rmse_2d_m"] < 0.1 and row["alignment"] == "yaw" for row in rows)
@@ -575,8 +575,11 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 def test_real_recording_with_its_own_reference(shared_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = shared_data / "foot" / "gsu_gx5" / "SensorConnectData_32.csv"
     assert main(["track", str(path), "-o", str(tmp_path / "out"), "--no-report"]) == 0
-    assert "against truth" in capsys.readouterr().out
-    assert json.loads((tmp_path / "out" / "evaluation.json").read_text())["ate_rmse_2d_m"] < 0.5
+    said = capsys.readouterr().out
+    assert "against truth" in said and "SensorConnectData_32.mat, found with the recording: surveyed footfalls" in said
+    found = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert found["ate_rmse_2d_m"] < 0.5 and found["reference_distance_m"] == pytest.approx(80, abs=1)
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["reference"] == str(path.with_suffix(".mat"))
 
 
 # -- configuration and outputs -----------------------------------------------------------------------------------------

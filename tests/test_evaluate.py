@@ -124,7 +124,7 @@ def test_numbers_worked_out_by_hand():
     guess = np.column_stack([1.02 * t, 0.03 * t, 0.01 * t])
     e = evaluate(trajectory(guess), reference(true), align="none", windows_s=(5.0,), windows_m=(5.0, 20.0))
     assert e.end_point_m == pytest.approx(np.hypot(np.hypot(0.2, 0.3), 0.1))
-    assert e.distance_m == pytest.approx(10)
+    assert e.reference_distance_m == pytest.approx(10)
     assert e.end_point_percent == pytest.approx(10 * e.end_point_m)
     assert e.ate_height_m == pytest.approx(np.sqrt((0.01 * t) @ (0.01 * t) / 101))
     assert e.ate_m == pytest.approx(np.hypot(e.ate_plan_m, e.ate_height_m))
@@ -283,7 +283,7 @@ def test_footfalls_in_order():
     assert (e.matched, e.rows, e.alignment.mirrored) == ("footfalls", 31, True)
     assert e.ate_plan_m < 1e-9
     assert e.length_ratio == pytest.approx(1)
-    assert e.distance_m == pytest.approx(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    assert e.reference_distance_m == pytest.approx(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
 def test_a_broken_stance_is_one_footfall():
@@ -343,7 +343,7 @@ def test_the_length_of_a_dense_reference_is_that_of_its_footfalls(rests):
     true = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
     e = evaluate(trajectory(at * 1.05, stance=0 * down, **clock), reference(noisy, **clock))
     assert np.linalg.norm(np.diff(noisy, axis=0), axis=1).sum() > 1.2 * true
-    assert e.distance_m == pytest.approx(true, rel=0.005 if rests else 0.03)
+    assert e.reference_distance_m == pytest.approx(true, rel=0.005 if rests else 0.03)
     assert e.length_ratio == pytest.approx(1.05, abs=0.005)
 
 
@@ -352,7 +352,7 @@ def test_the_length_does_not_depend_on_the_trajectory():
     at, down = steps(places, still=30, swing=70)
     clock = {"time": np.arange(len(at)) * 0.01}
     half = down * (np.arange(len(down)) < len(down) // 2)
-    found = [evaluate(trajectory(at, stance=s, **clock), reference(at, **clock)).distance_m for s in (down, half)]
+    found = [evaluate(trajectory(at, stance=s, **clock), reference(at, **clock)).reference_distance_m for s in (down, half)]
     assert found[0] == found[1]
 
 

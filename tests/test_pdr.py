@@ -364,5 +364,7 @@ def test_a_height_that_nothing_told_is_left_out(tmp_path):
         t.report(tmp_path / f"{k}.html")
         still_path([t], tmp_path / f"{k}.png")
         pages.append((tmp_path / f"{k}.html").read_text())
+    late = (flat.steps.counted - flat.steps.time).max()
+    assert late > 1.5 and all(f"up to {late:.1f} s late: until then the path stands still" in page for page in pages)
     assert "height (m)" in pages[0] and "height (m)" not in pages[1]
     assert "no barometer told it" not in pages[0] and "no barometer told it" in pages[1]

@@ -29,6 +29,7 @@ class Reference:
     judged : (K,) the rows that errors are counted over, or None for all.
     mirrored : whether the reference axes may be left-handed, so that alignment may mirror them.
     note : where it comes from, and in what frame.
+    source : the file it was read from; "" where the recording itself holds it.
     origin : where on Earth its position (0, 0, 0) is: latitude and longitude in degrees, height in m (NaN where unknown), WGS-84; or None.
     """
 
@@ -39,6 +40,7 @@ class Reference:
     judged: NDArray[np.bool_] | None = None
     mirrored: bool = False
     note: str = ""
+    source: str = ""
     origin: tuple[float, float, float] | None = None
 
 

@@ -11,7 +11,7 @@ import typer
 from bematist.cli import options, placing, site
 from bematist.cli.app import app
 from bematist.cli.console import output, progress, table, warn
-from bematist.cli.job import Changes, Job, found_in, judge, noted
+from bematist.cli.job import Changes, Job, found_in, judge, known_as, noted
 from bematist.cli.options import Reading
 from bematist.cli.placing import Placing
 from bematist.cli.results import write_page, write_results
@@ -89,6 +89,8 @@ def compare(
         rows = write_comparison(place, trajectories, [found_in(e) for e in judged], reading, settled, truth, report=report)
     if not quiet:
         output().print(comparison_table(rows))
+        if truth is not None:
+            output().print(f"Truth: {known_as(truth, reference is not None)}", soft_wrap=True)
         output().print(f"Results in {folder}/" + (f", see {folder / 'report.html'}" if report else ""), soft_wrap=True)
         warn(f"{t.method}: {text}" if text not in data.warnings else text for t in trajectories for text in t.warnings)
 
@@ -144,8 +146,7 @@ def comparison_row(trajectory: Trajectory, evaluation: Evaluation | None) -> dic
     errors = {} if evaluation is None else evaluation.to_dict()
     shared = ("method", "closure_m", "closure_percent")
     row = trajectory.summary()
-    row |= {("reference_distance_m" if k == "distance_m" else k): v for k, v in errors.items() if k not in shared}
-    return row
+    return row | {k: v for k, v in errors.items() if k not in shared}
 
 
 def comparison_table(rows: list[dict[str, Any]]) -> Any:

@@ -161,3 +161,12 @@ def noted(trajectory: Trajectory, evaluation: Evaluation | str | None) -> Trajec
     """The trajectory with what the comparison with its reference gives to doubt among its warnings."""
     doubts = (evaluation,) if isinstance(evaluation, str) else () if evaluation is None else evaluation.doubts
     return replace(trajectory, warnings=(*trajectory.warnings, *doubts)) if doubts else trajectory
+
+
+def known_as(truth: Reference, given: bool) -> str:
+    """What the reference is, where it was read from, and that it was not asked for."""
+    if not truth.source:
+        return f"in the recording itself: {truth.note}"
+    name = Path(truth.source).name
+    note = "" if truth.note.endswith(name) else f": {truth.note}"
+    return f"{name}{'' if given else ', found with the recording'}{note}"

@@ -41,6 +41,8 @@ def write_results(
     if trajectory.steps is not None:
         write_steps(trajectory.steps, folder / "steps.csv")
     summary = trajectory.summary()
+    if reference is not None:
+        summary["reference"] = reference.source or trajectory.source
     (folder / "summary.json").write_text(to_json(summary), "utf-8")
     (folder / "config.toml").write_text(_config(trajectory, reading, placing), "utf-8")
     if evaluation is not None:

@@ -11,7 +11,7 @@ import typer
 from bematist.cli import options, placing, site
 from bematist.cli.app import app
 from bematist.cli.console import facts, output, progress, seconds, warn
-from bematist.cli.job import Changes, Job, configured, found_in, judge, noted
+from bematist.cli.job import Changes, Job, configured, found_in, judge, known_as, noted
 from bematist.cli.options import Reading
 from bematist.cli.results import FILES, write_results
 from bematist.cli.site import Site
@@ -88,7 +88,8 @@ def track(
             summary = write_results(place, trajectory, reading, lies, reference=truth, evaluation=found_in(evaluation), report=report)
     if not quiet:
         output().print(_headline(summary), style="bold", soft_wrap=True)
-        output().print(facts(summary_facts(summary, trajectory, found_in(evaluation))))
+        told = [] if truth is None else [("truth", known_as(truth, reference is not None))]
+        output().print(facts([*summary_facts(summary, trajectory, found_in(evaluation)), *told]))
         written = "report.html" if report else "trajectory.csv"
         output().print(f"Results in {folder}/, see {folder / written}", soft_wrap=True)
         warn(trajectory.warnings)

@@ -72,12 +72,12 @@ class Evaluation:
     alignment : how the trajectory was laid over the reference.
     matched : "time" or "footfalls".
     rows : rows of the reference that were compared.
-    distance_m : length of the reference, from footfall to footfall (see `evaluate`).
-    length_ratio : length of the trajectory between the same instants over `distance_m`. No alignment touches it.
+    reference_distance_m : length of the reference, from footfall to footfall (see `evaluate`).
+    length_ratio : length of the trajectory between the same instants over `reference_distance_m`. No alignment touches it.
     ate_m, ate_plan_m, ate_height_m : absolute trajectory error, root mean square in space, in the plan, in height, m.
     ate_plan_median_m, ate_plan_max_m : median and largest error in the plan, m.
     end_point_m, end_point_percent : error at the last row compared (in the plan where the reference has no height), m
-        and % of `distance_m`.
+        and % of `reference_distance_m`.
     closure_m, closure_percent : distance of the trajectory's own last position from its first. It is no error unless
         the walk was closed.
     reference_closure_m : the same of the reference, over the rows compared.
@@ -96,7 +96,7 @@ class Evaluation:
     rows: int
     method: str
     reference: str
-    distance_m: float
+    reference_distance_m: float
     length_ratio: float
     ate_m: float
     ate_plan_m: float
@@ -131,7 +131,7 @@ class Evaluation:
             "mirrored": self.alignment.mirrored,
             "matched_by": self.matched,
             "rows": self.rows,
-            "distance_m": self.distance_m,
+            "reference_distance_m": self.reference_distance_m,
             "length_ratio": self.length_ratio,
             "ate_rmse_3d_m": self.ate_m,
             "ate_rmse_2d_m": self.ate_plan_m,
@@ -169,7 +169,7 @@ class Evaluation:
         rows: list[tuple[str, float | str | None, str]] = [
             ("Alignment", str(self.alignment), ""),
             ("Compared", self.rows, self.matched if self.matched == "footfalls" else "rows"),
-            ("Distance (reference)", d["distance_m"], "m"),
+            ("Distance (reference)", d["reference_distance_m"], "m"),
             ("Length, trajectory over reference", d["length_ratio"], ""),
             ("ATE RMSE, 3-D" + by, d["ate_rmse_3d_m"], "m"),
             ("ATE RMSE, plan" + by, d["ate_rmse_2d_m"], "m"),
@@ -267,7 +267,7 @@ def evaluate(
         rows=len(pairs.rows),
         method=trajectory.method,
         reference=ref.note,
-        distance_m=distance,
+        reference_distance_m=distance,
         length_ratio=mine / theirs if theirs > 0 else float("nan"),
         ate_m=rms(error),
         ate_plan_m=rms(error[:, :2]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ def read_gsu(path: Path) -> Reference | None:
         footfall=numbers,
         mirrored=True,
         note="surveyed footfalls (GSU), plan only, corridor frame",
+        source=str(path),
     )
 
 
@@ -62,7 +64,7 @@ def _mat(path: Path) -> Reference:
         raise DataError(
             f"{path}: neither GCP_meters (GSU) nor gt and ts (PyShoe) nor opt_quat and sampling_rate (BROAD) is in this MATLAB file."
         )
-    return found
+    return replace(found, source=str(path))
 
 
 def _table(head: Head, start_ns: int | None) -> Reference:
@@ -83,7 +85,7 @@ def _table(head: Head, start_ns: int | None) -> Reference:
         attitude = np.column_stack([columns[n] for n in ("qw", "qx", "qy", "qz")])[order]
         norm = np.linalg.norm(attitude, axis=1, keepdims=True)
         attitude = np.where(norm > 0, attitude / np.where(norm > 0, norm, 1.0), np.nan)
-    return Reference(time=time[order], position=position, attitude=attitude, note=f"reference {head.path.name}")
+    return Reference(time=time[order], position=position, attitude=attitude, note=f"reference {head.path.name}", source=str(head.path))
 
 
 def _columns(head: Head) -> dict[str, np.ndarray]:

@@ -100,4 +100,4 @@ def _reference(files: Bundle) -> Reference | None:
     attitude[whole] = quaternion_from_matrix(turn[whole])
     time = (first + np.arange(len(position), dtype=np.float64)) / hz - offset
     note = f"rigid body of Qualisys, {hz:g} Hz, room axes, z up; the clock is set by {ALIGNMENT}"
-    return Reference(time=time, position=position, attitude=attitude, note=note)
+    return Reference(time=time, position=position, attitude=attitude, note=note, source=str(path))

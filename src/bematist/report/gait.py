@@ -17,16 +17,24 @@ Array = NDArray[np.float64]
 def frequency(drawn: Sequence[Subject]) -> Panel:
     """Step frequency over time with the steps on it."""
     traces: list[Trace] = []
+    late = np.empty(0)
     for s in walkers(drawn):
         steps = s.trajectory.steps
         assert steps is not None
+        late = np.append(late, steps.counted - steps.time)
         value = s.diagnostic("step_frequency")
         if value is not None:
             value = np.where(value > 0, value, np.nan)
             traces.append(line(s.trajectory.time, value, s.budget.slow, s.color, s.name or "frequency", hovertemplate="%{y:.2f} Hz"))
         color = "@1" if s.alone else s.color
         traces.append(dots(steps.time, steps.frequency, s.budget.slow, color, "step" if s.alone else "", hovertemplate="%{y:.2f} Hz"))
-    return Panel("step-frequency", "Steps", "frequency (Hz)", traces, "A dot for each step at its own instant, on the step frequency.")
+    note = "A dot for each step at its own instant, on the step frequency."
+    if len(late):
+        note += (
+            f" The path moves when a step is counted, {np.median(late):.1f} s later in the median. The first steps of a walk are counted "
+            f"together once it is recognised, up to {late.max():.1f} s late: until then the path stands still."
+        )
+    return Panel("step-frequency", "Steps", "frequency (Hz)", traces, note)
 
 
 def length(drawn: Sequence[Subject]) -> Panel:

@@ -22,7 +22,7 @@ from bematist.report.overlay import Overlay, evaluate_all, overlay
 from bematist.report.panels import panels
 from bematist.report.plan import plan
 from bematist.report.subject import Panel, Subject, subjects
-from bematist.trajectory import Trajectory
+from bematist.trajectory import NORTH, Trajectory
 
 if TYPE_CHECKING:
     from bematist.evaluate import Align, Evaluation
@@ -105,15 +105,24 @@ def _subtitle(t: Trajectory, methods: str) -> str:
 
 
 def _plan_note(reference: Reference | None, laid: Overlay, drawn: Sequence[Subject]) -> str:
-    note = "East to the right, north up, equal axes. Ellipses: where the filter is 95 % sure to be."
+    note = f"{_directions(drawn[laid.anchor].trajectory)} Equal axes. Ellipses: where the filter is 95 % sure to be."
     if reference is None:
         return note
+    truth = f"The reference{f' ({reference.note})' if reference.note else ''}"
     if laid.frame is None or laid.frame.kind == "none":
-        return note + " The reference is drawn as it stands, not aligned."
+        return f"{note} {truth} is drawn as it stands, not aligned."
     if len(drawn) == 1:
-        return f"{note} The reference is laid over the path by alignment {laid.frame}."
+        return f"{note} {truth} is laid over the path by alignment {laid.frame}."
     name = drawn[laid.anchor].name
     return f"{note} Each path is laid over the reference by alignment {laid.frame}; the axes are those of {name}."
+
+
+def _directions(t: Trajectory) -> str:
+    """What right and up of the plan are."""
+    word, how = NORTH[t.north]
+    if t.north == "none":
+        return "The axes are the path's own, for nothing tells North: the start is along its East, to the right."
+    return f"Up is {'' if t.north == 'given' else f'{word} '}North, {how}; East to the right."
 
 
 def page_data(figures: Sequence[Panel], traces: Sequence[dict[str, Any]], time: Array) -> dict[str, Any]:

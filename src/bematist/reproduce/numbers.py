@@ -36,9 +36,9 @@ def walk_numbers(trajectory: Trajectory, e: Evaluation) -> Row:
     closure = float(np.linalg.norm(trajectory.position[-1, :2] - trajectory.position[0, :2]))
     d = e.to_dict()
     return {
-        "distance_m": e.distance_m,
+        "distance_m": e.reference_distance_m,
         "closure_m": closure,
-        "closure_percent": 100 * closure / e.distance_m,
+        "closure_percent": 100 * closure / e.reference_distance_m,
         "rms_m": e.ate_plan_m,
         "largest_m": e.ate_plan_max_m,
         "heading_deg": d["heading_rmse_deg"],

@@ -81,7 +81,7 @@ def route_numbers(t: Trajectory, truth: Trajectory, few: Trajectory) -> Row:
     return {
         **walk_numbers(t, e),
         "end_m": float(np.linalg.norm(e.error[-1, :2])),
-        "end_percent": 100 * float(np.linalg.norm(e.error[-1, :2])) / e.distance_m,
+        "end_percent": 100 * float(np.linalg.norm(e.error[-1, :2])) / e.reference_distance_m,
         "yaw_end_deg": float(yaw[-1]),
         "yaw_sd_deg": float(np.degrees(np.sqrt(t.packed_covariance[-1, 17]))),
         **rms,
