@@ -7,6 +7,7 @@ decides by evidence and says why.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -54,14 +55,14 @@ class Clock:
 
 def repair(
     stamps: Array,
-    values: Array | None = None,
+    values: Array | Callable[[], Array] | None = None,
     mode: Mode = "auto",
     *,
     count: Rows | None = None,
     wrap_s: float | None = None,
     name: str = "time",
 ) -> Clock:
-    """Repair the stamps (N,), in s, of samples `values` (N,C).
+    """Repair the stamps (N,), in s, of samples `values` (N,C), or of what returns them: most clocks are told apart without.
 
     `count` (N,) is the sensor's own sample counter where the file has one: it tells which samples are lost.
     `wrap_s` is the span of the counter behind the stamps where it is known (2³² µs). `name` names the clock in messages.
@@ -82,19 +83,21 @@ def repair(
         warnings.append(f"{len(stamps) - len(rows)} rows without a {name} stamp were left out.")
     if not len(t):
         raise DataError(f"No {name} stamp is a number. Name the right column, or give the rate, with --columns map.toml.")
-    x = None if values is None else np.asarray(values, float)
-    if x is not None and len(rows) < len(x):
-        x = x[rows]
+
+    def signal() -> Array | None:
+        x = values() if callable(values) else values
+        return None if x is None else np.asarray(x, float)[rows]
+
     # Most clocks only advance.
     if len(t) > 1 and not 0 < (step := np.diff(t)).min() <= step.max() < CLOCK_SET_S:
-        t, rows, x = _mend(t, rows, x, wrap_s, warnings, name)
+        t, rows, _ = _mend(t, rows, signal(), wrap_s, warnings, name)
     if len(t) < 3:
         order = np.argsort(t, kind="stable")
         return Clock(_spread(t[order]), rows[order], "stamps", "too few samples to judge", np.zeros(len(t) - 1, int))
     number = None if count is None else count[rows]
     if number is not None and np.any(np.diff(number) < 1):
         number = None
-    time, lost, kind, note = _decide(t, x, mode, number)
+    time, lost, kind, note = _decide(t, signal, mode, number)
     _tell_gaps(time, lost, warnings, name)
     return Clock(time, rows, kind, note, lost, tuple(warnings))
 
@@ -206,7 +209,7 @@ def _spread(t: Array) -> Array:
     return np.repeat(value, count) + np.repeat(ahead / count, count) * k
 
 
-def _decide(t: Array, x: Array | None, mode: str, count: Rows | None) -> tuple[Array, Rows, str, str]:
+def _decide(t: Array, signal: Callable[[], Array | None], mode: str, count: Rows | None) -> tuple[Array, Rows, str, str]:
     d = np.diff(t)
     T = period(t)
     off = np.abs(d / T - np.round(d / T))
@@ -220,7 +223,7 @@ def _decide(t: Array, x: Array | None, mode: str, count: Rows | None) -> tuple[A
     jitter = float(np.sqrt(np.mean((t - fitted) ** 2)))
     what = f"steps of {1e3 * d.min():.3g} to {1e3 * d.max():.4g} ms"
     if mode == "auto":
-        mode, why = _weigh(kept, fitted, d, x)
+        mode, why = _weigh(kept, fitted, d, signal())
     else:
         why = "as asked"
     if mode == "uniform":

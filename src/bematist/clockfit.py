@@ -7,6 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.arrays import median
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -25,12 +27,12 @@ def period(t: Array) -> float:
     positive = d[d > 0]
     if not len(positive):
         return float("nan")
-    m = float(np.median(positive))
+    m = median(positive)
     near = positive[np.abs(positive - m) < 0.3 * m]
     if len(near) > 0.7 * len(d):
         return float(near.mean())
     lag = max(1, min(200, len(t) // 4))
-    return max(float(np.median(t[lag:] - t[:-lag])) / lag, 1e-9)
+    return max(median(t[lag:] - t[:-lag]) / lag, 1e-9)
 
 
 def uniform(t: Array, count: Index | None = None) -> tuple[Array, Index]:

@@ -133,6 +133,9 @@ def gap_warnings(gaps: Array, doubtful: str) -> list[str]:
 
 def bridging_warnings(time: Array, flags: NDArray[np.float32], doubtful: str) -> list[str]:
     """What a result says of gaps and missing values: times (N,), s, and what became of each sample (flags of `kernels.stance`)."""
+    flags = np.ascontiguousarray(flags)
+    if not flags.any():
+        return []
     known = np.flatnonzero(flags != MISSING)
     found = gap_warnings(np.diff(time[known])[flags[known][1:] == BRIDGED_OVER], doubtful)
     for value, words in ((HELD_SAMPLE, "held over missing values"), (MISSING, "skipped, values missing for too long")):

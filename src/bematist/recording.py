@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bematist.arrays import complete, median
 from bematist.errors import DataError
 
 Array = NDArray[np.float64]
@@ -143,7 +144,7 @@ class Recording:
     @property
     def rate_hz(self) -> float:
         """Rate of the inertial samples, from the median step (NaN with fewer than two samples)."""
-        return float(1 / np.median(np.diff(self.time))) if len(self.time) > 1 else float("nan")
+        return 1 / median(np.diff(self.time)) if len(self.time) > 1 else float("nan")
 
     @property
     def has_magnetometer(self) -> bool:
@@ -187,5 +188,5 @@ def _place(rows: Array, time: Array, before: float, own_time: Array, values: Arr
     # A tolerance of a µs: clocks that were written with few digits must not slip by a row.
     near = slice(*np.searchsorted(own_time, [before, time[-1] + 1e-5]))
     shifted, values = own_time[near] - 1e-6, values[near]
-    inside = (shifted > before) & (shifted <= time[-1]) & np.isfinite(values).all(1)
+    inside = (shifted > before) & (shifted <= time[-1]) & complete(values)
     rows[np.searchsorted(time, shifted[inside])] = values[inside]

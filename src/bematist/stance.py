@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from bematist.arrays import median
 from bematist.earth import STANDARD_GRAVITY
 from bematist.kernels import stance as kernel
 from bematist.parameters import Parameters
@@ -174,7 +175,7 @@ class StanceParameters(Parameters):
 def sampling_rate(time: Array, longest_s: float = 10.0) -> float:
     """Rate in Hz of the first `longest_s` of times (N,), which sets the windows; 100 where it cannot be told."""
     head = time[: int(np.searchsorted(time, time[0] + longest_s, side="right"))] if len(time) else time
-    return float(1 / np.median(np.diff(head))) if len(head) > 1 else 100.0
+    return 1 / median(np.diff(head)) if len(head) > 1 else 100.0
 
 
 def memory(parameters: StanceParameters, rate_hz: float) -> tuple[NDArray[np.int64], Array]:

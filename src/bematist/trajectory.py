@@ -164,7 +164,7 @@ class Trajectory:
     @property
     def position_sd(self) -> Array:
         """Standard deviations of east, north, up (N,3), m."""
-        return np.sqrt(self.packed_covariance[:, [0, 3, 5]])
+        return np.sqrt(np.stack([self.packed_covariance[:, k] for k in (0, 3, 5)])).T
 
     @property
     def has_height(self) -> bool:
@@ -213,7 +213,7 @@ class Trajectory:
             "height_change_m": float(self.position[-1, 2] - self.position[0, 2]) if self.has_height else None,
             "north": self.north,
             **({"stance_fraction": float(self.stance.mean())} if self.steps is None else {"steps": len(self.steps)}),
-            "position_sd_m": [float(s) for s in self.position_sd[-1]],
+            "position_sd_m": [float(s) for s in self.rows(len(self) - 1, len(self)).position_sd[0]],
             **hard_iron.summary(self.diagnostics),
             "processing_s": self.processing_s,
             "warnings": list(self.warnings),

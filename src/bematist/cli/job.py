@@ -94,7 +94,9 @@ def _check(trajectory: Trajectory) -> None:
     """Raise DataError where the filter did not end in numbers: nobody should be handed such a path."""
     import numpy as np
 
-    lost = np.flatnonzero(~np.isfinite(trajectory.position).all(1))
+    from bematist.arrays import complete
+
+    lost = np.flatnonzero(~complete(trajectory.position))
     if len(lost):
         raise DataError(
             f"{trajectory.source}: the filter diverged, the position is no number from {trajectory.time[lost[0]]:.2f} s on. "

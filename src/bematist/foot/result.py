@@ -30,7 +30,7 @@ def judge(nav: Array, diagnostics: NDArray[np.float32], prm: Array, iron: HardIr
             "No stance was found: the path is dead reckoning without any correction and means nothing after a few seconds. Look at "
             "`bematist stance` and choose a threshold; check the units."
         )
-    speed = float(np.sqrt(np.square(nav[:, 4:7]).sum(1)).max())
+    speed = float(np.sqrt(np.einsum("ij,ij->i", nav[:, 4:7], nav[:, 4:7]).max()))
     if speed > 15:
         found.append(f"The speed of the foot reaches {speed:.0f} m/s: stances are missed or the units are wrong.")
     gate = diagnostics[:, kernel.GATE]

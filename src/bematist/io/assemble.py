@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,8 +149,8 @@ def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
         a, g = used["specific_force"], used["angular_rate"]
         both = a if np.array_equal(a, g) else np.union1d(a, g)
         if len(a) + len(g) - len(both) >= 0.9 * min(len(a), len(g)):
-            values = np.concatenate([_pick(force.values, both), _pick(rate.values, both)], 1)
-            done = _repair(raw, "specific_force", both, values, mode, wrap, "time")
+            inertial = force.values, rate.values
+            done = _repair(raw, "specific_force", both, lambda: np.concatenate([_pick(v, both) for v in inertial], 1), mode, wrap, "time")
             raw.notes.append(f"Clock: {done.note}")
             for name in ("specific_force", "angular_rate"):
                 clocks[name] = done
@@ -162,7 +163,7 @@ def _clocks(raw: Raw, wrap: float | None, mode: Mode) -> dict[str, Clock]:
         shared = _shared(clock, rows, stream) if clock is not None and stream.stamps is force.stamps else None
         if shared is None:
             label = "time" if name == "specific_force" else f"{WORDS[name]} time"
-            shared = _repair(raw, name, rows, _pick(stream.values, rows), mode, wrap, label)
+            shared = _repair(raw, name, rows, partial(_pick, stream.values, rows), mode, wrap, label)
             raw.notes.append(f"Clock of the {WORDS[name]}: {shared.note}")
         clocks[name] = shared
         stream.values = _pick(stream.values, shared.rows)
@@ -186,7 +187,7 @@ def _shared(clock: Clock, rows: Rows, stream: Stream) -> Clock | None:
     return Clock(clock.time[found], clock.rows[found], clock.kind, clock.note, clock.lost)
 
 
-def _repair(raw: Raw, name: str, rows: Rows, values: Array, mode: Mode, wrap: float | None, label: str) -> Clock:
+def _repair(raw: Raw, name: str, rows: Rows, values: Callable[[], Array], mode: Mode, wrap: float | None, label: str) -> Clock:
     stream = raw.streams[name]
     count = None if stream.count is None else stream.count[rows]
     try:
@@ -220,7 +221,8 @@ def _used_rows(raw: Raw) -> dict[str, Rows]:
             partial = partial[~beyond[np.searchsorted(broken, partial)]]
         if len(partial):
             raw.warnings.append(f"{len(partial)} {WORDS[name]} samples with a part missing were left out.")
-        stream.values[broken] = np.nan
+        if np.count_nonzero(np.isnan(columns)) < len(columns) * len(broken):
+            stream.values[broken] = np.nan
         used[name] = np.flatnonzero(whole)
         gone = len(broken)
         if gone and name in ("specific_force", "angular_rate"):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist import units
+from bematist.arrays import median
 from bematist.earth import STANDARD_GRAVITY
 from bematist.intervals import intervals
 
@@ -42,11 +43,11 @@ def rest_norm(force: Array, window: int = 50) -> float:
         return float("nan")
     n = len(norm) // window
     if n < 5:
-        return float(np.median(norm))
+        return median(norm)
     pieces = norm[: n * window].reshape(n, window)
     spread = pieces.std(1)
     quiet = spread <= np.quantile(spread, 0.1)
-    return float(np.median(pieces[quiet]))
+    return median(pieces[quiet])
 
 
 def unit_of(name: str, values: Mapping[str, Array], time: Array) -> tuple[str, str]:
@@ -56,8 +57,8 @@ def unit_of(name: str, values: Mapping[str, Array], time: Array) -> tuple[str, s
     if name == "angular_rate":
         return _rate_unit(values["specific_force"], values[name], time)
     if name == "magnetic_flux_density":
-        return _field_unit(float(np.nanmedian(norms(values[name]))))
-    middle = float(np.nanmedian(np.abs(values[name])))
+        return _field_unit(median(norms(values[name])))
+    middle = median(np.abs(values[name]))
     unit = min(units.PRESSURE, key=lambda u: abs(np.log(max(middle, 1e-12) * units.PRESSURE[u] / 1e5)))
     return unit, f"its middle value is {middle:.4g}"
 
@@ -112,7 +113,7 @@ def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
     norm, g = norms(f), rest_norm(f)
     if len(t) < 100 or not g > 0:
         return float("nan")
-    step = float(np.median(np.diff(t)))
+    step = median(np.diff(t))
     turn = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(t)[:, None], 0)])
     level = np.abs(norm / g - 1) < 0.05
     for moment_s in (0.1, 0.3, 1.0):
@@ -124,7 +125,7 @@ def gravity_mismatch(force: Array, rate_rad_s: Array, time: Array) -> float:
         if moved.sum() >= 20:
             # A vector fixed in n turns in b against the sensor's own turn.
             predicted = _turn(u[moved], turn[i[moved]] - turn[i[moved] + lag])
-            return float(np.median(np.arccos(np.clip((predicted * v[moved]).sum(1), -1, 1))))
+            return median(np.arccos(np.clip((predicted * v[moved]).sum(1), -1, 1)))
     return float("nan")
 
 
@@ -157,7 +158,7 @@ def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str
         slow = peak < SLOW_RATE and float(np.nanstd(norms(values["specific_force"]))) > MOVING
         return f"its peak would be {np.degrees(peak):.2g} °/s, less than of anyone who moves so" if slow else ""
     if name == "magnetic_flux_density":
-        norm = float(np.nanmedian(norms(si)))
+        norm = median(norms(si))
         return "" if FIELD_UT[0] < norm < FIELD_UT[1] else f"its middle norm would be {norm:.4g} µT"
     return ""
 
@@ -169,7 +170,7 @@ def time_unit(stamps: Array) -> str:
     step = step[step > 0]
     if not len(step):
         return "s"
-    middle = float(np.median(step))
+    middle = median(step)
     return min(units.TIME, key=lambda u: abs(np.log(middle * units.TIME[u] / 0.01)))
 
 
@@ -179,7 +180,7 @@ def doubt_time(seconds: Array) -> str:
     step = step[step > 0]
     if not len(step):
         return ""
-    middle = float(np.median(step))
+    middle = median(step)
     if middle > 2.0:
         unit = time_unit(seconds)
         return f"The steps of time are {middle:.4g} s, too slow to follow a person. If the column is in {unit}, give --units time={unit}."
@@ -195,8 +196,7 @@ def saturated(values: Array) -> list[tuple[int, float, int]]:
     slow signal does that turns within its resolution. An axis that is there half of the time is stuck, which is another thing.
     """
     found = []
-    for axis in range(values.shape[1]):
-        x = values[:, axis]
+    for axis, x in enumerate(np.ascontiguousarray(values.T)):
         if not np.isfinite(x).any():
             continue
         for extreme in (float(np.fmax.reduce(x)), float(np.fmin.reduce(x))):

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from bematist.arrays import median
 from bematist.earth import STANDARD_GRAVITY
 from bematist.io.guess import saturated
 
@@ -36,7 +37,7 @@ def warnings_of(time: Array, force: Array, rate: Array) -> Iterator[str]:
     if len(time) < 2:
         yield "The recording has one sample: there is no motion to follow."
         return
-    hz = 1 / float(np.median(np.diff(time)))
+    hz = 1 / median(np.diff(time))
     if hz < SLOW_HZ:
         yield f"The rate of {hz:.3g} Hz is too slow to follow a foot; expect a poor path."
 

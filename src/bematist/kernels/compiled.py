@@ -65,13 +65,19 @@ def entry(
 
 def _name(kernel: Kernel, kinds: tuple[str | int, ...]) -> str:
     """The name of a file, and of the function in it: everything that the code depends on but the sources."""
+    file = Path(kernel.function.__code__.co_filename)
+    own = (0, 0) if file.parent == FOLDER else (file.stat().st_mtime_ns, file.stat().st_size)  # a kernel may be defined elsewhere
+    what = own, kinds, *_surroundings()
+    return f"{kernel.name}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
+
+
+@functools.cache
+def _surroundings() -> tuple[Any, ...]:
+    """Processor, versions and folder, which code depends on."""
     from llvmlite import binding as llvm
 
     processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    file = Path(kernel.function.__code__.co_filename)
-    own = (0, 0) if file.parent == FOLDER else (file.stat().st_mtime_ns, file.stat().st_size)  # a kernel may be defined elsewhere
-    what = own, kinds, processor, sys.version_info[:3], np.__version__, version("numba"), version("llvmlite"), str(FOLDER)
-    return f"{kernel.name}-{hashlib.sha256(repr(what).encode()).hexdigest()[:16]}"
+    return processor, sys.version_info[:3], np.__version__, version("numba"), version("llvmlite"), str(FOLDER)
 
 
 def _folders() -> Iterator[Path]:
