@@ -193,7 +193,8 @@ class Trajectory:
     def waypoints(self) -> Array:
         """Start, the middle of every stance phase, and end (W,3), m: the path as footfalls, free of the foot's own arcs."""
         middle = self.stance_intervals().sum(1) // 2
-        return self.position[np.unique(np.concatenate([[0], middle, [len(self) - 1]]))]
+        rows = np.concatenate([[0], middle, [len(self) - 1]])
+        return self.position[rows[np.diff(rows, prepend=-1) > 0]]
 
     def summary(self) -> dict[str, Any]:
         """The content of `summary.json`: a contract."""

@@ -30,7 +30,7 @@ def worn_on_shoe(recording: Recording) -> list[str]:
     peaks = [np.zeros(second[-1] + 1) for _ in range(2)]
     for peak, values in zip(peaks, (recording.specific_force, recording.angular_rate), strict=True):
         np.fmax.at(peak, second, np.sqrt(np.square(values).sum(1)))
-    share = float(((peaks[0] > STRIKE) & (peaks[1] > SWING)).sum() / len(np.unique(second)))
+    share = float(((peaks[0] > STRIKE) & (peaks[1] > SWING)).sum() / (1 + np.count_nonzero(np.diff(second))))
     if share < 0.25:
         return []
     return [
