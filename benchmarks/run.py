@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import ctypes
 import os
-import resource
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -136,18 +134,22 @@ def step_call(rows: np.ndarray) -> float:
     return min(thread_time(loop) for _ in range(5)) / len(single)
 
 
+PROBE = """
+import os, resource, sys, time
+started = time.perf_counter()
+os.spawnv(os.P_WAIT, sys.argv[1], sys.argv[1:])
+wall, used = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+print(used.ru_utime + used.ru_stime, wall, used.ru_maxrss / 1024)
+"""
+"""Measures a command from a process of its own: the peak memory of a process is never less than that of the one which starts it."""
+
+
 def command(*arguments: str) -> tuple[float, float, float]:
     """Processor seconds, wall seconds and peak MB of the whole command."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    started = time.perf_counter()
-    probe = "import os, resource, sys; os.spawnv(os.P_WAIT, sys.argv[1], sys.argv[1:]); "
-    probe += "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
     program = str(Path(sys.executable).parent / "bematist")
-    out = subprocess.run([sys.executable, "-c", probe, program, *arguments], capture_output=True, text=True)
-    wall = time.perf_counter() - started
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return cpu, wall, float(out.stdout.split()[-1]) / 1024
+    out = subprocess.run([sys.executable, "-c", PROBE, program, *arguments], capture_output=True, text=True, check=True)
+    cpu, wall, memory = map(float, out.stdout.split()[-3:])
+    return cpu, wall, memory
 
 
 def whole_command(recording: bm.Recording) -> list[tuple[str, str, str]]:
