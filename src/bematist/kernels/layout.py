@@ -1,5 +1,7 @@
 """Where things stand in the flat arrays of the foot-mounted filter: workspace, parameters, results, diagnostics."""
 
+# A list of places ends in *_, which takes what is left of 99: nobody counts them.
+
 from bematist.kernels import hard_iron_layout as hard_iron
 
 # workspace S
@@ -58,8 +60,6 @@ WORKSPACE_SIZE = IRON + hard_iron.SIZE
     KP,
     KI,
     BETA,
-) = range(39)
-(
     ZARU_USE,
     ZARU_RATE,
     ZARU_AFTER_S,
@@ -89,8 +89,9 @@ WORKSPACE_SIZE = IRON + hard_iron.SIZE
     EARTH_E,  # rotation of the Earth in n, rad/s (3)
     EARTH_N,
     EARTH_U,
-) = range(BETA + 1, BETA + 30)
-IRON_USE = EARTH_U + 1  # of `hard_iron`
+    IRON_USE,  # of `hard_iron`: the last
+    *_,
+) = range(99)
 PARAMETERS = IRON_USE + hard_iron.PARAMETERS
 
 COMMON, MAHONY, MADGWICK = 0.0, 1.0, 2.0
@@ -133,8 +134,9 @@ NAV = 29
     HDR_INNOVATION,
     MARU_NIS,
     PACE,
-) = range(28)
-DIAG = 28
+    DIAG,  # how many they are
+    *_,
+) = range(99)
 IRON_DIAG = DIAG  # where `hard_iron` is in use, its columns follow
 
 # verdicts of the magnetic gates

@@ -1,5 +1,7 @@
 """Where things stand in the flat arrays of the handheld path: workspace, parameters, results, diagnostics, steps."""
 
+# A list of places ends in *_, which takes what is left of 99: nobody counts them.
+
 # The error state, and with it the columns of P: position east and north, relative error of all step lengths, direction of the
 # pointing axis against the walking direction, heading of the attitude filter.
 WIDTH = 5
@@ -54,15 +56,14 @@ WORKSPACE_SIZE = RING + SLOTS * SLOT
     OFFSET_SIN,
     PENDULUM,
     ONSET_VAR,
-) = range(27)
-AXES = 32  # of each way of carrying: the axis ahead (3) and the one to the right (3)
+    *_,
+) = range(99)
+AXES = ONSET_VAR + 1  # of each way of carrying: the axis ahead (3) and the one to the right (3)
 PARAMETERS = AXES + 6 * 5
 
 # columns of the result, as those of the shoe: t p v q, packed covariances of position, velocity, attitude
 NAV = 29
 # columns of the diagnostics
-STEPS, STEP_FREQUENCY, MOTION, CARRYING, PRESSURE_HEIGHT = range(5)
-DIAG = 5
+STEPS, STEP_FREQUENCY, MOTION, CARRYING, PRESSURE_HEIGHT, DIAG = range(6)
 # columns of the list of steps
-S_TIME, S_COUNTED, S_LENGTH, S_LENGTH_SD, S_FREQUENCY, S_DIRECTION, S_DIRECTION_SD, S_MOTION, S_CARRYING = range(9)
-STEP_ROW = 9
+S_TIME, S_COUNTED, S_LENGTH, S_LENGTH_SD, S_FREQUENCY, S_DIRECTION, S_DIRECTION_SD, S_MOTION, S_CARRYING, STEP_ROW = range(10)

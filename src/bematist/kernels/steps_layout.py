@@ -1,5 +1,7 @@
 """Where things stand in the flat arrays of the step detector: workspace, parameters, results."""
 
+# A list of places ends in *_, which takes what is left of 99: nobody counts them.
+
 CELL_S = 0.04  # everything but the direction up runs on means over cells of this length, whatever the sampling rate
 LAGS = 42  # of the autocorrelation, in cells: up to 1.64 s
 RING = 64  # cells kept, a power of two; x and rates stand twice, so that the last RING stand in a row
@@ -43,8 +45,9 @@ FEATURES = 77
     FEATURE_CLIMB,
     FEATURE_BAND,
     FEATURE_ACCELERATION,
-) = range(11)
-FEATURE_SIZE = 11
+    FEATURE_SIZE,  # how many they are
+    *_,
+) = range(99)
 PENDING = 96
 EVENT = 3  # of each record
 EVENT_TIME, EVENT_FREQUENCY, EVENT_SIZE = range(3)
@@ -103,9 +106,15 @@ WORKSPACE_SIZE = CORRELATION_W + LAGS
     STRIDE_PERIODIC,
     PERIODIC_RATE,
     PERIODIC_MOST,
-) = range(45)
-SCREEN_AXIS, TOP_AXIS = 45, 48
-PARAMETERS = 52
+    SCREEN_AXIS,  # (3)
+    _,
+    _,
+    TOP_AXIS,  # (3)
+    _,
+    _,
+    PARAMETERS,  # how many they are
+    *_,
+) = range(99)
 
 STATIC, WALKING, RUNNING, STAIRS = 0.0, 1.0, 2.0, 3.0
 TEXTING, PHONING, SWINGING, POCKET, BAG = 0.0, 1.0, 2.0, 3.0, 4.0
