@@ -222,6 +222,26 @@ def test_every_parameter_is_described():
             assert nested or f.description, f"{model.__name__}.{name}"
 
 
+@pytest.mark.parametrize("name", bm.METHODS)
+def test_every_use_can_be_off(name):
+    """A switch is a word, or true and false; the word off is understood by all of them."""
+    parameters = bm.METHODS[name].parameters
+
+    def switched_off(model):
+        inner = {k: switched_off(v) for k, v in model if isinstance(v, Parameters)}
+        return {k: v for k, v in inner.items() if v} | ({"use": "off"} if "use" in type(model).model_fields else {})
+
+    def uses(model):
+        for k, v in model:
+            if isinstance(v, Parameters):
+                yield from uses(v)
+            elif k == "use":
+                yield v
+
+    found = list(uses(parameters.override(switched_off(parameters))))
+    assert found and all(v is False or v == "off" for v in found)
+
+
 def test_unknown_names_are_explained():
     with pytest.raises(bm.UsageError, match='Did you mean "zupt"'):
         bm.track(RECORDING, "zuppt")

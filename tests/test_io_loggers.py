@@ -9,7 +9,7 @@ from bematist.errors import BematistError, DataError
 from bematist.io import FORMATS, read
 from bematist.io.head import open_head
 from bematist.recording import Recording
-from phone_files import (
+from logger_files import (
     EPOCH_S,
     FIELD,
     FILES,
