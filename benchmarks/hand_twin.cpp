@@ -59,12 +59,13 @@ struct Filter {
         d S[3][3]; for (int i = 0; i < 3; i++) for (int j = 0; j <= i; j++) { d s = i == j ? R : 0; for (int k = first; k < last; k++) s += HP[i][k]*H[j][k]; S[i][j] = s; }
         d i0 = 1/S[0][0], l10 = S[1][0]*i0, l20 = S[2][0]*i0, t11 = S[1][1] - l10*S[1][0], t21 = S[2][1] - l20*S[1][0], t22 = S[2][2] - l20*S[2][0];
         d i1 = 1/t11, i2 = t11/(t11*t22 - t21*t21), l21 = t21*i1, r0 = std::sqrt(i0), r1 = std::sqrt(i1), r2 = std::sqrt(i2);
-        d y0 = z[0]*r0, y1 = (z[1] - l10*z[0])*r1, y2 = (z[2] - l20*z[0] - l21*(z[1] - l10*z[0]))*r2, nis = y0*y0 + y1*y1 + y2*y2;
+        d z1 = z[1] - l10*z[0], z2 = z[2] - l20*z[0] - l21*z1, y0 = z[0]*r0, y1 = z1*r1, y2 = z2*r2, nis = y0*y0 + y1*y1 + y2*y2, e0 = z[0]*i0, e1 = z1*i1, e2 = z2*i2;
         if (nis > limit) return nis;
-        for (int j = 0; j < 12; j++) { d u = HP[0][j], v = HP[1][j] - l10*u, t = HP[2][j] - l20*u - l21*v; u *= r0; v *= r1; t *= r2; HP[0][j] = u; HP[1][j] = v; HP[2][j] = t; e[j] = u*y0 + v*y1 + t*y2; }
-        for (int i = 0; i < 10; i++) { d u = HP[0][i], v = HP[1][i], t = HP[2][i]; for (int j = 0; j < 12; j++) P[i][j] = P[i][j] - u*HP[0][j] - v*HP[1][j] - t*HP[2][j]; }
+        for (int j = 0; j < 12; j++) { d u = HP[0][j], v = HP[1][j] - l10*u, t = HP[2][j] - l20*u - l21*v; HP[0][j] = u*r0; HP[1][j] = v*r1; HP[2][j] = t*r2; e[j] = e0*u + e1*v + e2*t; }
         for (int i = 0; i < 10; i++) x[i] += e[i];
-        qnorm(x); return nis;
+        qnorm(x);
+        for (int i = 0; i < 10; i++) { d u = HP[0][i], v = HP[1][i], t = HP[2][i]; for (int j = 0; j < 12; j++) P[i][j] = P[i][j] - u*HP[0][j] - v*HP[1][j] - t*HP[2][j]; }
+        return nis;
     }
     // quasi-static field: z = r - q y q*
     template <bool force> d field(const d *m, const d *r, d R, d limit) {

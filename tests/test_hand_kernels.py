@@ -8,7 +8,7 @@ import twin_hand
 from bematist.frames import matrix_from_quaternion as rotation
 from bematist.frames import multiply, quaternion_from_matrix, quaternion_from_rotation_vector
 from bematist.hand.setup import rotation_to_quaternion
-from bematist.kernels import hand, hand_error, hand_fields, hand_quest
+from bematist.kernels import hand, hand_error, hand_fields, hand_quest, innovation
 from bematist.kernels import hand_layout as at
 
 RNG = np.random.default_rng(5)
@@ -175,6 +175,15 @@ def test_agu():
     np.testing.assert_allclose(jacobian(S), H, atol=1e-7)
     z = now - predicted(x)
     np.testing.assert_allclose(nis, z @ np.linalg.solve(H @ H.T + 0.25 * np.eye(3), z), rtol=1e-9)
+
+
+def test_normalised_square_of_an_innovation():
+    A, z = RNG.normal(size=(3, 3)), RNG.normal(size=3)
+    S = A @ A.T + np.diag([0.1, 0.2, 0.3])
+    L = innovation.factor(*S[np.tril_indices(3)], *z)
+    np.testing.assert_allclose(innovation.squared(L), z @ np.linalg.solve(S, z), rtol=1e-12)
+    S[2, 2] = S[2, :2] @ np.linalg.solve(S[:2, :2], S[:2, 2]) - 0.1
+    assert np.isnan(innovation.squared(innovation.factor(*S[np.tril_indices(3)], *z)))  # no covariance: no limit is kept
 
 
 def test_heading():

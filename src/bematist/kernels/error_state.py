@@ -10,7 +10,7 @@ The covariance is 15 rows of 16 at the head of the workspace S (the last column 
 import math
 
 from bematist.kernels import layout as at
-from bematist.kernels.innovation import factor, whiten
+from bematist.kernels.innovation import factor, squared, whiten
 from bematist.kernels.jit import inlined
 from bematist.kernels.layout import BA, E, M, Q, V, W
 from bematist.kernels.rotation import exp_quaternion, multiply, normalise
@@ -103,12 +103,12 @@ def vector_measurement(S, first, z0, z1, z2, t0, t1, t2, variance):
         z1,
         z2,
     )
-    whiten(S, W, E, L, 16)
+    whiten(S, W, E, L, 16, False)
     for row in range(15):
         a, b, g = S[W + row], S[W + 16 + row], S[W + 32 + row]
         for c in range(16):
             S[16 * row + c] -= a * S[W + c] + b * S[W + 16 + c] + g * S[W + 32 + c]
-    return L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
+    return squared(L)
 
 
 @inlined

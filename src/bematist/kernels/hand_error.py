@@ -5,7 +5,7 @@ accelerometer offset (3), references of magnetic field and specific force in n (
 gyroscope-quaternion offset is no state. The covariance is 16 rows of 16 at the head of the workspace S.
 """
 
-from bematist.kernels.hand_layout import E, Q, W, X
+from bematist.kernels.hand_layout import Q, W, X
 from bematist.kernels.innovation import whiten
 from bematist.kernels.jit import apart, inlined
 from bematist.kernels.rotation import normalise
@@ -178,13 +178,13 @@ def _subtract_references(S):
 
 @apart
 def update(S, L, references):
-    """x ← x + W y and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ D^-½ (W holds H P before), L, D, y as `factor` has them.
+    """x ← x + W D^-½ y and P ← P − W Wᵀ with W = P Hᵀ L⁻ᵀ D^-½ (W holds H P before), L, D, y as `factor` has them.
 
     Then the quaternion is a unit quaternion again. Without `references` in the state, their rows and columns are zero and left out.
     """
-    whiten(S, W, E, L, 16)
+    whiten(S, W, X, L, 16, True)
+    unite(S)
     subtract(S, references)
-    correct(S)
 
 
 @inlined
@@ -198,11 +198,38 @@ def subtract(S, references):
 
 
 @inlined
-def correct(S):
-    """The estimated error into the state."""
-    for c in range(16):
-        S[X + c] += S[E + c]
+def unite(S):
+    """The quaternion as a unit quaternion."""
     S[Q], S[Q + 1], S[Q + 2], S[Q + 3] = normalise(S[Q], S[Q + 1], S[Q + 2], S[Q + 3])
+
+
+@inlined
+def _subtract_row(S, references):
+    """P ← P − w wᵀ with w the first row of W."""
+    a0, a1, a2, a3, a4 = S[W], S[W + 1], S[W + 2], S[W + 3], S[W + 4]
+    a5, a6, a7, a8, a9 = S[W + 5], S[W + 6], S[W + 7], S[W + 8], S[W + 9]
+    for c in range(16):
+        w = S[W + c]
+        S[c] -= a0 * w
+        S[16 + c] -= a1 * w
+        S[32 + c] -= a2 * w
+        S[48 + c] -= a3 * w
+        S[64 + c] -= a4 * w
+        S[80 + c] -= a5 * w
+        S[96 + c] -= a6 * w
+        S[112 + c] -= a7 * w
+        S[128 + c] -= a8 * w
+        S[144 + c] -= a9 * w
+    if references:
+        a10, a11, a12, a13, a14, a15 = S[W + 10], S[W + 11], S[W + 12], S[W + 13], S[W + 14], S[W + 15]
+        for c in range(16):
+            w = S[W + c]
+            S[160 + c] -= a10 * w
+            S[176 + c] -= a11 * w
+            S[192 + c] -= a12 * w
+            S[208 + c] -= a13 * w
+            S[224 + c] -= a14 * w
+            S[240 + c] -= a15 * w
 
 
 @apart
@@ -210,11 +237,9 @@ def update_scalar(S, y, i, references):
     """The same for one number: W holds H P in its first row, i = 1/√(H P Hᵀ + R), y = i·z."""
     for c in range(16):
         S[W + c] *= i
-        S[E + c] = S[W + c] * y
-    for c in range(32):
-        S[W + 16 + c] = 0.0
-    subtract(S, references)
-    correct(S)
+        S[X + c] += S[W + c] * y
+    unite(S)
+    _subtract_row(S, references)
 
 
 @inlined

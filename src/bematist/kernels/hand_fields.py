@@ -23,7 +23,7 @@ from bematist.kernels.hand_error import (
     update_scalar,
 )
 from bematist.kernels.hand_layout import BQ, FREF, MREF, STEP, STEP_BQ, TURN, TURN_BQ, USED_BQ, Q, W
-from bematist.kernels.innovation import factor
+from bematist.kernels.innovation import factor, squared
 from bematist.kernels.jit import apart, inlined
 from bematist.kernels.rotation import matrix
 
@@ -44,7 +44,7 @@ def _measure(S, x0, x1, x2, r0, r1, r2, force, reference, own, variance, limit, 
     h = h1(q0, q1, q2, q3, x0, x1, x2)
     s00, s10, s11, s20, s21, s22 = _innovation(S, h, C, force, reference, own)
     L = factor(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
-    value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
+    value = squared(L)
     used = value <= limit
     if used:
         update(S, L, references)
@@ -135,7 +135,7 @@ def _gradient(S, x0, x1, x2, y0, y1, y2, turn, derivative, force, decay, varianc
         t20, t21, t22 = times_block(S, 2, at.E_BA, a)
         s00, s10, s11, s20, s21, s22 = s00 + t00, s10 + t10, s11 + t11, s20 + t20, s21 + t21, s22 + t22
     L = factor(s00 + variance, s10, s11 + variance, s20, s21, s22 + variance, z0, z1, z2)
-    value = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
+    value = squared(L)
     if value <= limit:
         update(S, L, references)
     return value

@@ -7,20 +7,20 @@ from bematist.kernels import hard_iron_layout as hard_iron
 WIDTH = 16
 E_Q, E_BQ, E_BA, E_M, E_F = 0, 4, 7, 10, 13
 
-# workspace S: covariance, three rows for an update, estimated error, then the state in the order of the error
-P, W, E, X = 0, 256, 304, 320
+# workspace S: covariance, three rows for an update, then the state in the order of the error
+P, W, X = 0, 256, 304
 Q, BQ, BA, MREF, FREF = X + E_Q, X + E_BQ, X + E_BA, X + E_M, X + E_F
 # rotation since the last magnetometer sample with its derivative (4x3) to the gyroscope-quaternion offset, and that of the last sample
-TURN, TURN_BQ, STEP, STEP_BQ = 336, 340, 352, 356
-LAST_M, LAST_M_KNOWN, LAST_F, LAST_F_KNOWN, USED_BQ = 368, 371, 372, 375, 376
-TIME, STARTED, RATE, LAST_M_TIME = 379, 380, 381, 384
-FAULTS = 385  # of magnetic field and specific force, in a row
-ANCHORED = 387  # whether the magnetic field is being compared with what it was where the sensor rests
-ROW = 388
-TURNED = 399  # whether there is a TURN: since the last magnetometer sample something was turned
+TURN, TURN_BQ, STEP, STEP_BQ = 320, 324, 336, 340
+TURNED = 352  # whether there is a TURN: since the last magnetometer sample something was turned
+LAST_M, LAST_M_KNOWN, LAST_F, LAST_F_KNOWN, USED_BQ = 353, 356, 357, 360, 361
+TIME, STARTED, RATE, LAST_M_TIME = 364, 365, 366, 369
+FAULTS = 370  # of magnetic field and specific force, in a row
+ANCHORED = 372  # whether the magnetic field is being compared with what it was where the sensor rests
+ROW = 373
 # the Earth's field that samples are compared with, and of `hard_iron`
-EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(400, 405)
-IRON = 405
+EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(384, 389)
+IRON = 389
 WORKSPACE_SIZE = IRON + hard_iron.SIZE
 
 # parameters prm

@@ -65,7 +65,7 @@ from bematist.kernels.hard_iron_layout import (
     W,
     X,
 )
-from bematist.kernels.innovation import factor, whiten
+from bematist.kernels.innovation import factor, squared, whiten
 from bematist.kernels.jit import apart, inlined
 from bematist.kernels.layout import LEAST_HORIZONTAL
 from bematist.kernels.rotation import exp_quaternion, matrix, multiply, normalise
@@ -164,11 +164,11 @@ def measure(S, o, prm, p, y0, y1, y2, square, variance):
         S[o + W + 7 * i] += noise
     r = variance + noise
     L = factor(s00 + r, s10, s11 + r, s20, s21, s22 + r, z0, z1, z2)
-    nis = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
+    nis = squared(L)
     S[o + NIS] = nis
     if not nis <= prm[p + JUMP]:
         return False
-    whiten(S, o + W, o + E, L, 6)
+    whiten(S, o + W, o + E, L, 6, False)
     for i in range(6):
         S[o + X + i] += S[o + E + i]
         u0, u1, u2 = S[o + W + i], S[o + W + 6 + i], S[o + W + 12 + i]
@@ -210,8 +210,8 @@ def judge(S, o, prm, p):
     d = o + P + 21
     b0, b1, b2 = S[o + B], S[o + B + 1], S[o + B + 2]
     L = factor(S[d], S[d + 6], S[d + 7], S[d + 12], S[d + 13], S[d + 14], b0, b1, b2)
-    chi = L[6] * L[6] + L[7] * L[7] + L[8] * L[8]
-    found = 0.5 * chi - 1.5 * math.log(prm[p + PRIOR]) - math.log(L[0] * L[2] * L[5])
+    chi = squared(L)
+    found = 0.5 * chi - 1.5 * math.log(prm[p + PRIOR]) - 0.5 * math.log(L[0] * L[2] * L[5])
     S[o + CHI], S[o + LN_B] = chi, found
     if prm[p + USE] == CORRECT:
         if found >= prm[p + EVIDENCE] and b0 * b0 + b1 * b1 + b2 * b2 >= prm[p + LEAST] * prm[p + LEAST]:
