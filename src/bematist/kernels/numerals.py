@@ -20,7 +20,7 @@ POWER = 22
 @inlined
 def byte(text, at):
     """text[at] for at ≥ 0. Of a signed index numba asks at every access whether it counts from the end: a quarter of the time of it all."""
-    return text[np.uint64(at)]
+    return int(text[np.uint64(at)])
 
 
 @inlined
