@@ -252,7 +252,9 @@ def test_reference_is_laid_over_and_its_alignment_named(tmp_path: Path) -> None:
         assert abs(decode(other["x"])[-1] - first[0][-1]) < 0.05 and abs(decode(other["y"])[-1] - first[1][-1]) < 0.05
     assert "The axes are the path&#x27;s own, for nothing tells North" in text
     write_report([walk(north="given")], tmp_path / "given.html")
-    assert "Up is North, by the heading that was given" in page_of(tmp_path / "given.html")[0]
+    assert "clockwise from the path&#x27;s own north" in text
+    given = page_of(tmp_path / "given.html")[0]
+    assert "Up is North, by the heading that was given" in given and "clockwise from north" in given
     assert "by alignment yaw" in text and "ATE RMSE, plan [yaw]" in text and "Error in plan, rms [yaw]" in text
 
 

@@ -101,7 +101,8 @@ def heading(drawn: Sequence[Subject]) -> Panel:
         if np.isfinite(angle).any():
             traces.append(line(t, angle, s.budget.fast, s.color, s.name, hovertemplate="%{y:.1f}°"))
     of = {s.footing: "the sensor's x axis" if s.footing == "stance" else "each step" for s in drawn}
-    note = f"Of {' or '.join(of.values())}, clockwise from north, continued through 360°."
+    own = "the path's own " if any(s.trajectory.north == "none" for s in drawn) else ""
+    note = f"Of {' or '.join(of.values())}, clockwise from {own}north, continued through 360°."
     return Panel("heading", "Heading", "heading (°)", traces, note)
 
 
