@@ -23,13 +23,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bematist.kernels.jit import FOLDER, SOURCES, STAMP, sources
+from bematist.kernels.jit import BARE, FOLDER, SOURCES, STAMP, sources
 
 if TYPE_CHECKING:
     from bematist.kernels.jit import Kernel
 
 HARMLESS = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"}
-_BARE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class Entry(NamedTuple):
@@ -132,7 +131,7 @@ def _compiled(kernel: Kernel, name: str, arguments: tuple[Any, ...]) -> tuple[bo
     from numba import njit, typeof
 
     types = tuple(typeof(a) for a in arguments)
-    function: Any = njit(**kernel.options, **_BARE)(kernel.function)
+    function: Any = njit(**kernel.options, **BARE)(kernel.function)
     function.compile(types)
     made = function.overloads[types]
     result = {"int64": True, "none": False}[str(made.signature.return_type)]

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 # Without reference counting of arrays: kernels allocate nothing, and the counting would cost more than the arithmetic.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
 
+# And without what Python would need to call them, which takes a fifth of the time to compile.
+BARE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 announce: Callable[[str], AbstractContextManager[object]] = nullcontext
 """Called with the name of a kernel that must be compiled, which takes seconds; what it returns is entered meanwhile. For a command line."""
 
@@ -56,14 +59,21 @@ class Inlined:
 
     @functools.cached_property
     def dispatcher(self) -> Any:
-        """numba's function; the plain one where NUMBA_DISABLE_JIT is set."""
+        """numba's function, for a call from Python; the plain one where NUMBA_DISABLE_JIT is set."""
         from numba import njit
 
         return njit(**self.options)(self.function)
 
+    @functools.cached_property
+    def _bare(self) -> Any:
+        from numba import njit
+
+        return njit(**self.options, **BARE)(self.function)
+
     @property
     def _numba_type_(self) -> Any:
-        return self.dispatcher._numba_type_
+        """The type of numba's function, for calls from other compiled ones."""
+        return self._bare._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
         return self.dispatcher(*arguments)
