@@ -99,7 +99,8 @@ def measure() -> tuple[list[tuple[str, str, str]], dict[str, float]]:
         assert np.abs(one[:, 1:5] - other[:, 1:5]).max() < 1e-9  # the same attitudes, or it is no yardstick
         ratio = float(np.median(times[:, 0] / times[:, 2]))
         table.append(("handheld attitude by `magyq`, every update on every sample, against native C++", f"{ratio:.2f}", "≤ 1.3"))
-    table += [(f"the same by `{name}`", f"{1e3 / ns[name]:.2f} million samples a second", "≥ 1.5 million") for name in ("magyq", "hand")]
+    for name, aim in (("magyq", "≥ 1.5 million"), ("hand", "–")):
+        table.append((f"the same by `{name}`", f"{1e3 / ns[name]:.2f} million samples a second", aim))
     return table, ns
 
 
