@@ -57,12 +57,15 @@ def test_static_in_a_disturbed_field():
     assert max(late["estimated"]) < 0.1
 
 
-def test_a_long_rest_after_the_offset_of_the_gyroscope_moved():
+@pytest.mark.parametrize("missing", [0, 1], ids=["complete", "a hundredth missing"])
+def test_a_long_rest_after_the_offset_of_the_gyroscope_moved(missing):
     """The offset of the start is wrong by 0.01°/s about each axis: gravity and the field of the place hold the attitude."""
     r = still(900.0, np.array([9.0, -5.0, 12.0]))
     w = r.angular_rate.copy()
     w[r.time > 20] += np.radians(0.01)
-    moved = r.replace(angular_rate=w)
+    f = r.specific_force.copy()
+    f[50 :: 100 if missing else len(f)] = np.nan
+    moved = r.replace(angular_rate=w, specific_force=f)
     at_start = {"initial": {"earth_field": tuple(EARTH), "longest_s": 10.0}}
     without = {"attitude": {"motion": {"rest_field_sd": 0.0}}}
     a = HandAttitude(tuned(HAND, "adis16488", at_start)).run(moved)

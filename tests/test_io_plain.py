@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bematist.errors import DataError
 from bematist.io import head, table
 from bematist.io.plain import read_plain
 from bematist.kernels import numerals
@@ -103,3 +104,51 @@ def test_what_is_plain(tmp_path):
     assert read("1,2,3,4\n") is None
     assert read("1,2\n") is None
     assert read("") is None
+
+
+ROWS = "\n".join(f"{k / 100:.2f},{k % 7},{k / 8},{-k / 4}" for k in range(60)) + "\n"
+
+
+def columns_of(tmp_path, text, **how):
+    """Columns b, c and d of a file whose first column is the time."""
+    path = tmp_path / "x.csv"
+    path.write_bytes(text.encode())
+    first = head.open_head(path)
+    line, names = first.header()
+    split, separator = table.split_header(names)
+    return table.read_columns(first, line, split, ["time", "b", "c", "d"], separator=separator, **how)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,b,c,d\n" + ROWS,
+        "# a\x0c# b\ntime,b,c,d\n" + ROWS,
+        "# a\u2028# b\ntime,b,c,d\n" + ROWS,
+        ("time,b,c,d\n" + ROWS).replace("\n", "\r"),
+        ("time,b,c,d\n" + ROWS).replace("\n", "\r\n"),
+        "time,b,c,d,label\n" + ROWS.replace("\n", ',5"\n'),
+        "time,b,c,d,place,x\n" + ROWS.replace("\n", ',"48,1",\n'),
+        "time,b,c,d,place\n" + ROWS.replace("\n", ',"two\nlines"\n'),
+        "time;b;c;d\n" + ROWS.replace(",", ";").replace(".", ","),
+        "time,b,c,d\n"
+        + "".join(",".join(f'"{cell}"' for cell in row.replace(".", ",").split(";")) + "\n" for row in ROWS.replace(",", ";").split()),
+    ],
+    ids=["plain", "form feed", "U+2028", "CR", "CR LF", "lone quote", "quoted separator", "quoted lines", "German", "quoted German"],
+)
+def test_the_same_table_however_it_is_written(tmp_path, text):
+    found = columns_of(tmp_path, text)
+    k = np.arange(60)
+    for name, wanted in {"time": k / 100, "b": k % 7, "c": k / 8, "d": -k / 4}.items():
+        np.testing.assert_allclose(found[name], wanted, atol=1e-12)
+
+
+def test_integers_first_and_commas_later(tmp_path):
+    rows = "".join(f"{k};0;0;0\n" for k in range(30)) + "30;0,5;1,25;0\n"
+    assert columns_of(tmp_path, "time;b;c;d\n" + rows)["c"][-1] == 1.25
+
+
+@pytest.mark.parametrize("cell", ["4_0.5", "\u0664"])
+def test_what_only_python_takes_for_a_number(tmp_path, cell):
+    with pytest.raises(DataError, match="not a number"):
+        columns_of(tmp_path, "time,b,c,d\n" + ROWS + f"0.60,1,{cell},2\n")

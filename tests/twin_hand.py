@@ -211,7 +211,7 @@ class Filter:
         H = np.zeros((1, 16))
         H[0, :4] = row @ (-2 * right(self.x[:4])[:, 1:].T)
         density = motion["heading_density"] ** 2 + motion["heading_spread"] ** 2 * (off @ off / 2) / (e[:2] @ e[:2])
-        longest = max(motion["heading_spread"] ** 2, self.gap["s"])
+        longest = motion["heading_spread"] ** 2 or np.inf
         self.update(np.array([nu]), H, np.array([[density / min(dt, longest)]]), self.p["magnetic"]["innovation_limit"])
 
     def observe(self, t, f, m, dt):
@@ -250,8 +250,9 @@ class Filter:
                 self.p = {**p, "magnetic": p["magnetic"] | {"local": static[1], "sd": p["motion"]["rest_field_sd"]}}
             self.quasi_static(0, f, m, starts[0])
             self.p = p
-        if values[0][1]:
-            self.anchored = static[0] and static[1]
+            self.anchored = static[1]
+        elif values[0][1] or not static[1]:
+            self.anchored = False
         if values[0][1] and p["motion"]["heading_density"] > 0 and self.last_m is not None:
             self.heading(m, t - self.last_t)
         if p["normalise_covariance"]:

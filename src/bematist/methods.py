@@ -75,14 +75,14 @@ The gyroscope's is as uncertain as the rest at the start leaves it, about 5e-4 r
 """
 
 
-def _hand(name: str, summary: str, paper: str, equations: str, attitude: str, **direction: float) -> Method:
+def _hand(name: str, summary: str, paper: str, equations: str, attitude: str, pendulum: float = 0.0, **direction: float) -> Method:
     """A method for the hand: the path's parameters with those of an attitude filter, a constant of `bematist.hand`."""
 
     def make() -> HandPdrParameters:
         from bematist import hand
 
-        length = {"pendulum": 0.5} if name == "hand" else {}
-        return hand.pdr_parameters(getattr(hand, attitude)).override({"direction": direction, "step_length": length})
+        changes = {"direction": direction, "step_length": {"pendulum": pendulum}}
+        return hand.pdr_parameters(getattr(hand, attitude)).override(changes)
 
     return Method(name, summary, paper, equations, make, "hand")
 
@@ -204,14 +204,15 @@ METHODS: dict[str, Method] = {
         _hand(
             "hand",
             "The default for a hand: steps, their length by frequency and bounce, and headings of the filter hand: gravity also in motion, "
-            "and the magnetic field where it looks like the Earth's.",
+            "and the magnetic field where it looks like the Earth's, or stays in a rest.",
             "bematist",
             "MAGYQ 17-36, 47; gravity and heading in motion",
             "HAND",
+            pendulum=0.5,
         ),
         _hand(
             "gyint",
-            "The same steps with MAGYQ's baseline for the heading: the gyroscope alone, less its offset in the rest at the start.",
+            "The same steps, length by frequency alone, and MAGYQ's baseline for the heading: the gyroscope less its offset at rest.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-19, 47, section 8.2.1",
             "GYINT",
@@ -219,14 +220,14 @@ METHODS: dict[str, Method] = {
         ),
         _hand(
             "quest",
-            "The same with its other baseline: attitude replaced wherever gravity or the Earth's field is detected by its norm.",
+            "As gyint with the other baseline: attitude replaced wherever gravity or the Earth's field is detected by its norm.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-19, 33-34, 47, section 8.2.1",
             "QUEST",
         ),
         _hand(
             "magyq",
-            "The same with MAGYQ's filter: any static field, the Earth's or not, holds the heading. For fields that are really constant.",
+            "As gyint with MAGYQ's filter: any static field, the Earth's or not, holds the heading. For fields that are really constant.",
             "Renaudin & Combettes 2014 (MAGYQ)",
             "17-47, corrected",
             "MAGYQ",

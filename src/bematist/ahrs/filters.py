@@ -93,7 +93,7 @@ FILTERS: dict[str, Filter] = {
         ),
         Filter(
             "hand",
-            "The default for a hand: gravity also in motion, heading from what looks like the Earth's field, an honest covariance.",
+            "The default for a hand: gravity also in motion, heading from what looks like the Earth's field or stays in a rest.",
             "bematist",
             "MAGYQ 17-36; gravity and heading in motion",
             HAND,

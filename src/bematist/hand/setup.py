@@ -93,7 +93,7 @@ def kernel_parameters(p: HandParameters, a: Alignment, rate_hz: float) -> tuple[
     prm[at.HEADING_PSD], prm[at.HEADING_SPREAD] = motion.heading_density**2, motion.heading_spread**2
     prm[at.HEADING_NORM], prm[at.HEADING_DIP] = motion.norm_tolerance, motion.inclination_tolerance
     prm[at.REST_VARIANCE] = 0.0 if own.magnetic.local else motion.rest_field_sd**2
-    prm[at.HEADING_LONGEST_S] = max(motion.heading_spread**2, prm[at.GAP_S])
+    prm[at.HEADING_LONGEST_S] = motion.heading_spread**2 or math.inf
     _set_detector(prm, at.MAGNETIC, own.magnetic)
     _set_detector(prm, at.FORCE, own.force)
     return prm, _set_earth(prm, p, a)

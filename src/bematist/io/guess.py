@@ -156,7 +156,8 @@ def doubt(name: str, si: Array, values: Mapping[str, Array], time: Array) -> str
         if unit != "rad/s":
             return f"that does not fit the motion ({why})"
         peak = peak_rate(si)
-        slow = peak < SLOW_RATE and float(np.nanstd(norms(values["specific_force"]))) > MOVING
+        force = norms(values["specific_force"])
+        slow = peak < SLOW_RATE and bool(np.isfinite(force).any()) and float(np.nanstd(force)) > MOVING
         return f"its peak would be {np.degrees(peak):.2g} °/s, less than of anyone who moves so" if slow else ""
     if name == "magnetic_flux_density":
         norm = median(norms(si))

@@ -19,7 +19,7 @@ class Head:
     path : the file or folder.
     raw : up to 64 KiB; empty for a folder.
     encoding : "utf-8-sig", "utf-16" … or None where the file is not text.
-    lines : the decoded lines of `raw`, without line ends; the last may be cut.
+    lines : the decoded lines of `raw` (`split_lines`); the last may be cut.
     content : all bytes of a member of a zip; None for a file, which `data` reads.
     """
 
@@ -40,6 +40,11 @@ class Head:
     @property
     def is_utf8(self) -> bool:
         return self.encoding == "utf-8-sig"
+
+    @property
+    def has_line_feeds(self) -> bool:
+        """Whether lines end as usual; those of some old programs end in carriage returns alone."""
+        return b"\n" in self.raw or b"\r" not in self.raw
 
     def data(self) -> bytes:
         """All bytes of the file."""
@@ -86,8 +91,17 @@ def head_of(path: Path, raw: bytes, content: bytes | None = None) -> Head:
     if not raw.strip(b"\xef\xbb\xbf\r\n\t \x00"):
         raise DataError(f"{path}: the file is empty. Export the recording again.")
     encoding = _encoding(raw)
-    lines = tuple(raw.decode(encoding, errors="replace").splitlines()) if encoding else ()
+    lines = tuple(split_lines(raw.decode(encoding, errors="replace"))) if encoding else ()
     return Head(path, raw, encoding, lines, content)
+
+
+def split_lines(text: str) -> list[str]:
+    """Lines without their ends, as those count them who read tables: by line feeds, and where there is none by carriage returns.
+
+    `str.splitlines` would also end a line at form feeds and at separators of other alphabets.
+    """
+    lines = [line.rstrip("\r") for line in text.split("\n")] if "\n" in text else text.split("\r")
+    return lines if lines[-1] else lines[:-1]
 
 
 def _encoding(raw: bytes) -> str | None:

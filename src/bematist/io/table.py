@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import mmap
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bematist.errors import DataError
-from bematist.io.head import Head
+from bematist.io.head import Head, split_lines
 from bematist.io.plain import read_plain
 
 if TYPE_CHECKING:
@@ -39,9 +40,13 @@ def split_header(line: str, separator: str | None = None) -> tuple[list[str], st
 def decimal_comma(head: Head, first: int, separator: str) -> bool:
     """Whether the rows after line `first` write 0,5 for 0.5."""
     if separator == ",":
-        return False
-    rows = "\n".join(head.lines[first + 1 : first + 20])
-    return re.search(r"\d,\d", rows) is not None and re.search(r"\d\.\d", rows) is None
+        rows = "\n".join(head.lines[first + 1 :])
+        return re.search(r'"-?\d+,\d+"', rows) is not None and re.search(r"\d\.\d", rows) is None
+    for rows in ("\n".join(head.lines[first + 1 : first + 20]), "\n".join(head.lines[first + 1 :])):
+        comma, point = re.search(r"\d,\d", rows) is not None, re.search(r"\d\.\d", rows) is not None
+        if comma or point:  # else there are integers only, so far
+            return comma and not point
+    return False
 
 
 def read_columns(
@@ -112,6 +117,8 @@ def _fast(
     schema = {key: pl.Float64 if key in picked and not (dated and picked[key] == clock) else pl.String for key in keys}
     commented = _contains(head, comment)
     frame = None
+    if _has_lone_quotes(head):
+        return None
     # Looking for words that mean "no value", or for comments, costs half as much again as reading: only where it must be.
     for words in (None, NO_VALUE):
         try:
@@ -145,14 +152,15 @@ def _fast(
 
 def _source(head: Head, separator: str) -> Path | io.BytesIO:
     """What polars reads: the file itself where it can."""
-    if head.is_utf8 and separator != " ":
+    if head.is_utf8 and separator != " " and head.has_line_feeds:
         return head.path if head.content is None else io.BytesIO(head.content)
     return io.BytesIO(_tidy(head.text(), separator).encode())
 
 
 def _tidy(text: str, separator: str) -> str:
-    """Runs of blanks as one tab."""
-    return "\n".join("\t".join(line.split()) for line in text.splitlines()) if separator == " " else text
+    """Line feeds at the ends of lines, and runs of blanks as one tab."""
+    lines = split_lines(text)
+    return "\n".join("\t".join(line.split()) for line in lines) if separator == " " else "\n".join(lines)
 
 
 def _is_dated(head: Head, first: int, names: Sequence[str], clock: str, separator: str) -> bool:
@@ -174,9 +182,21 @@ def _dates(cells: pl.Series) -> pl.Series:
 
 def _blank_cells(head: Head, first: int, columns: int, separator: str) -> int:
     """Empty cells after the last column: some loggers end each row with a separator."""
-    row = next((line for line in head.lines[first + 1 : first + 50] if line.count(separator) >= columns - 1), "")
-    cells = row.split(separator)[columns:]
+    rows = (_cells(line, separator) for line in head.lines[first + 1 : first + 50])
+    cells = next((row for row in rows if len(row) >= columns), [])[columns:]
     return len(cells) if not any(c.strip() for c in cells) else 0
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a line; a separator in quotation marks separates nothing."""
+    return next(csv.reader([line], delimiter=separator), []) if '"' in line else line.split(separator)
+
+
+def _has_lone_quotes(head: Head) -> bool:
+    """Whether a line holds an odd number of quotation marks: in text such as 5", or in a cell of several lines. polars takes either for the
+    beginning of a cell that goes on, and may leave lines out without a word.
+    """
+    return _contains(head, '"') and any(line.count(b'"') % 2 for line in io.BytesIO(head.data()))
 
 
 def _contains(head: Head, comment: str) -> bool:
@@ -199,12 +219,17 @@ def _slow(
     """Row by row: takes blanks around numbers and dates, and names the line that cannot be read."""
     index = [list(names).index(name) for name in wanted]
     rows: list[list[float]] = []
-    lines = head.text().splitlines()
     nothing = set(NO_VALUE)
-    for number, line in enumerate(lines[first + 1 :], first + 2):
-        if not line.strip() or line.lstrip().startswith(comment):
+    pieces = (piece for line in split_lines(head.text())[first + 1 :] for piece in line.split("\r"))
+    lines = ("" if piece.lstrip().startswith(comment) else piece for piece in pieces)
+    if separator == " ":
+        numbered = enumerate((line.split() for line in lines), first + 2)
+    else:
+        reader = csv.reader((f"{line}\n" for line in lines), delimiter=separator)
+        numbered = ((first + 1 + reader.line_num, cells) for cells in reader)
+    for number, cells in _readable(numbered, head.path):
+        if not any(c.strip() for c in cells):
             continue
-        cells = line.split() if separator == " " else line.split(separator)
         extra = [c for c in cells[len(names) :] if c.strip()]
         if extra:
             raise DataError(
@@ -220,10 +245,19 @@ def _slow(
     return {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(wanted)}
 
 
+def _readable(rows: Iterator[tuple[int, list[str]]], path: Path) -> Iterator[tuple[int, list[str]]]:
+    try:
+        yield from rows
+    except csv.Error as error:
+        raise DataError(f"{path}: a row cannot be read ({error}). Look for a quotation mark that is never closed.") from None
+
+
 def _number(head: Head, line: int, name: str, cell: str, comma: bool, nothing: set[str], clock: str | None) -> float:
     if cell in nothing:
         return float("nan")
     try:
+        if "_" in cell or not cell.isascii():  # Python would read 4_0 and the digits of other alphabets
+            raise ValueError
         return float(cell.replace(",", ".") if comma else cell)
     except ValueError:
         moment = _date(cell) if name == clock else None

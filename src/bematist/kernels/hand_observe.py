@@ -87,7 +87,8 @@ def magnetic_updates(S, index, memory, prm, starts, still, diag, k):
     if prm[at.REST_VARIANCE] > 0:
         r, local = prm[at.REST_VARIANCE], still
         starts = starts or (still and S[at.ANCHORED] == 0)
-        S[at.ANCHORED] = 1.0 if still else 0.0
+        if still:
+            S[at.ANCHORED] = 1.0
     if starts:
         if references:
             clone_field(S, m0, m1, m2, r)
@@ -231,6 +232,8 @@ def observe(S, prm, index, memory, dt, decay, diag, k):
     if measured:
         f0, f1, f2 = force(S, 0), force(S, 1), force(S, 2)
         still, begins = detect(S, index, memory, prm, FORCE_INDEX, at.FORCE, f0, f1, f2, diag, k, at.FIELD_F)
+        if not still:
+            S[at.ANCHORED] = 0.0
     if magnetic:
         steady, starts = detect(S, index, memory, prm, FIELD_INDEX, at.MAGNETIC, m0, m1, m2, diag, k, at.FIELD_M)
     if prm[at.CORRECTION] == at.REPLACE:
@@ -270,6 +273,7 @@ def hard_iron(S, prm, dt, w0, w1, w2, lost, diag, k):
     if changed and prm[p] == iron_layout.CORRECT:
         e, n, u = iron.reference(S, o, prm, p, prm[at.START_E], prm[at.START_N], prm[at.START_U])
         refer(S, e, n, u)
+        S[at.ANCHORED] = 0.0  # what was held had the iron in it
     iron.settle(S, o, ROW + 7, changed, diag, k, at.IRON_DIAG)
 
 
