@@ -20,7 +20,7 @@ ANCHORED = 372  # whether the magnetic field is being compared with what it was 
 ROW = 373
 # the Earth's field that samples are compared with, and of `hard_iron`
 EARTH_E, EARTH_N, EARTH_U, EARTH_NORM, EARTH_INCLINATION = range(384, 389)
-IRON = 389
+IRON = EARTH_INCLINATION + 1
 WORKSPACE_SIZE = IRON + hard_iron.SIZE
 
 # parameters prm

@@ -16,7 +16,7 @@ LIMIT_NOW, CLASS, PLACE, FILLED, SPEEDS, LARGEST = range(506, 512)
 PREDICTED = 512  # velocity before the corrections of the last sample (3)
 # the undisturbed field that samples are compared with: norm, inclination; E, N, U; its horizontal direction
 FIELD_NORM, FIELD_INCLINATION, FIELD_E, FIELD_N, FIELD_U, NORTH_E, NORTH_N = range(515, 522)
-IRON = 522  # of `hard_iron`
+IRON = NORTH_N + 1  # of `hard_iron`
 WORKSPACE_SIZE = IRON + hard_iron.SIZE
 
 # parameters prm
