@@ -39,11 +39,10 @@ def split_header(line: str, separator: str | None = None) -> tuple[list[str], st
 
 def decimal_comma(head: Head, first: int, separator: str) -> bool:
     """Whether the rows after line `first` write 0,5 for 0.5."""
-    if separator == ",":
-        rows = "\n".join(head.lines[first + 1 :])
-        return re.search(r'"-?\d+,\d+"', rows) is not None and re.search(r"\d\.\d", rows) is None
-    for rows in ("\n".join(head.lines[first + 1 : first + 20]), "\n".join(head.lines[first + 1 :])):
-        comma, point = re.search(r"\d,\d", rows) is not None, re.search(r"\d\.\d", rows) is not None
+    rows = head.lines[first + 1 :]
+    number, parts = (r'"-?\d+,\d+"', [rows]) if separator == "," else (r"\d,\d", [rows[:19], rows])
+    for text in map("\n".join, parts):
+        comma, point = re.search(number, text) is not None, re.search(r"\d\.\d", text) is not None
         if comma or point:  # else there are integers only, so far
             return comma and not point
     return False
@@ -165,7 +164,7 @@ def _tidy(text: str, separator: str) -> str:
 
 def _is_dated(head: Head, first: int, names: Sequence[str], clock: str, separator: str) -> bool:
     for line in head.lines[first + 1 : first + 20]:
-        cells = line.split(separator)
+        cells = _cells(line, separator)
         if len(cells) == len(names) and (cell := cells[list(names).index(clock)].strip().strip('"')):
             return re.fullmatch(r"[-+0-9.,eE]+", cell) is None
     return False

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bematist.kernels.jit import BARE, FOLDER, SOURCES, STAMP, sources
+from bematist.kernels.jit import FOLDER, SOURCES, STAMP, sources
 
 if TYPE_CHECKING:
     from bematist.kernels.jit import Kernel
@@ -128,12 +128,11 @@ def _machine(cpu: str, features: str) -> Any:
 def _compiled(kernel: Kernel, name: str, arguments: tuple[Any, ...]) -> tuple[bool, bytes]:
     """A kernel compiled by numba for the types of these arguments: whether it has a result, and the code of the function `name`."""
     from llvmlite import binding as llvm
-    from numba import njit, typeof
+    from numba import typeof
 
     types = tuple(typeof(a) for a in arguments)
-    function: Any = njit(**kernel.options, **BARE)(kernel.function)
-    function.compile(types)
-    made = function.overloads[types]
+    kernel.bare.compile(types)
+    made = kernel.bare.overloads[types]
     result = {"int64": True, "none": False}[str(made.signature.return_type)]
     module = llvm.parse_assembly(made.library.get_llvm_str())
     flat = [str(a.type) for a in module.get_function(made.fndesc.llvm_func_name).arguments]

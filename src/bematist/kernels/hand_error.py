@@ -129,8 +129,8 @@ def times_block(S, r, e, h):
 
 
 @inlined
-def _subtract(S, n):
-    """P ← P − W Wᵀ, n columns of the first ten rows. Several in one loop: else no vector registers are used."""
+def _subtract_four(S, n):
+    """P ← P − W Wᵀ, n columns of the rows of the quaternion. Several rows in one loop: else no vector registers are used."""
     a0, b0, g0 = S[W + 0], S[W + 16], S[W + 32]
     a1, b1, g1 = S[W + 1], S[W + 17], S[W + 33]
     a2, b2, g2 = S[W + 2], S[W + 18], S[W + 34]
@@ -141,39 +141,26 @@ def _subtract(S, n):
         S[16 + c] = S[16 + c] - a1 * x - b1 * y - g1 * z
         S[32 + c] = S[32 + c] - a2 * x - b2 * y - g2 * z
         S[48 + c] = S[48 + c] - a3 * x - b3 * y - g3 * z
-    a4, b4, g4 = S[W + 4], S[W + 20], S[W + 36]
-    a5, b5, g5 = S[W + 5], S[W + 21], S[W + 37]
-    a6, b6, g6 = S[W + 6], S[W + 22], S[W + 38]
-    a7, b7, g7 = S[W + 7], S[W + 23], S[W + 39]
-    a8, b8, g8 = S[W + 8], S[W + 24], S[W + 40]
-    a9, b9, g9 = S[W + 9], S[W + 25], S[W + 41]
-    for c in range(n):
-        x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
-        S[64 + c] = S[64 + c] - a4 * x - b4 * y - g4 * z
-        S[80 + c] = S[80 + c] - a5 * x - b5 * y - g5 * z
-        S[96 + c] = S[96 + c] - a6 * x - b6 * y - g6 * z
-        S[112 + c] = S[112 + c] - a7 * x - b7 * y - g7 * z
-        S[128 + c] = S[128 + c] - a8 * x - b8 * y - g8 * z
-        S[144 + c] = S[144 + c] - a9 * x - b9 * y - g9 * z
 
 
 @inlined
-def _subtract_references(S):
-    """The same of the rows of the references."""
-    a10, b10, g10 = S[W + 10], S[W + 26], S[W + 42]
-    a11, b11, g11 = S[W + 11], S[W + 27], S[W + 43]
-    a12, b12, g12 = S[W + 12], S[W + 28], S[W + 44]
-    a13, b13, g13 = S[W + 13], S[W + 29], S[W + 45]
-    a14, b14, g14 = S[W + 14], S[W + 30], S[W + 46]
-    a15, b15, g15 = S[W + 15], S[W + 31], S[W + 47]
-    for c in range(16):
+def _subtract_six(S, r, n):
+    """The same of six rows from r on: two blocks of three components."""
+    w, o = W + r, 16 * r
+    a0, b0, g0 = S[w], S[w + 16], S[w + 32]
+    a1, b1, g1 = S[w + 1], S[w + 17], S[w + 33]
+    a2, b2, g2 = S[w + 2], S[w + 18], S[w + 34]
+    a3, b3, g3 = S[w + 3], S[w + 19], S[w + 35]
+    a4, b4, g4 = S[w + 4], S[w + 20], S[w + 36]
+    a5, b5, g5 = S[w + 5], S[w + 21], S[w + 37]
+    for c in range(n):
         x, y, z = S[W + c], S[W + 16 + c], S[W + 32 + c]
-        S[160 + c] = S[160 + c] - a10 * x - b10 * y - g10 * z
-        S[176 + c] = S[176 + c] - a11 * x - b11 * y - g11 * z
-        S[192 + c] = S[192 + c] - a12 * x - b12 * y - g12 * z
-        S[208 + c] = S[208 + c] - a13 * x - b13 * y - g13 * z
-        S[224 + c] = S[224 + c] - a14 * x - b14 * y - g14 * z
-        S[240 + c] = S[240 + c] - a15 * x - b15 * y - g15 * z
+        S[o + c] = S[o + c] - a0 * x - b0 * y - g0 * z
+        S[o + 16 + c] = S[o + 16 + c] - a1 * x - b1 * y - g1 * z
+        S[o + 32 + c] = S[o + 32 + c] - a2 * x - b2 * y - g2 * z
+        S[o + 48 + c] = S[o + 48 + c] - a3 * x - b3 * y - g3 * z
+        S[o + 64 + c] = S[o + 64 + c] - a4 * x - b4 * y - g4 * z
+        S[o + 80 + c] = S[o + 80 + c] - a5 * x - b5 * y - g5 * z
 
 
 @apart
@@ -191,10 +178,12 @@ def update(S, L, references):
 def subtract(S, references):
     """P ← P − W Wᵀ."""
     if references:
-        _subtract(S, 16)
-        _subtract_references(S)
+        _subtract_four(S, 16)
+        _subtract_six(S, 4, 16)
+        _subtract_six(S, 10, 16)
     else:
-        _subtract(S, 12)
+        _subtract_four(S, 12)
+        _subtract_six(S, 4, 12)
 
 
 @inlined

@@ -110,24 +110,10 @@ def propagate_covariance(S, A, B, noise, bias_walk, decay, accel_walk, field_wal
 @inlined
 def add_attitude_noise(S, noise):
     """P_qq ← P_qq + noise · (I − q qᵀ): a rotation vector of variance 4·noise about each axis."""
-    q0, q1, q2, q3 = S[Q], S[Q + 1], S[Q + 2], S[Q + 3]
-    S[0] += noise * (1 - q0 * q0)
-    S[17] += noise * (1 - q1 * q1)
-    S[34] += noise * (1 - q2 * q2)
-    S[51] += noise * (1 - q3 * q3)
-    a, b, c, d, e, f = noise * q0 * q1, noise * q0 * q2, noise * q0 * q3, noise * q1 * q2, noise * q1 * q3, noise * q2 * q3
-    S[1] -= a
-    S[16] -= a
-    S[2] -= b
-    S[32] -= b
-    S[3] -= c
-    S[48] -= c
-    S[18] -= d
-    S[33] -= d
-    S[19] -= e
-    S[49] -= e
-    S[35] -= f
-    S[50] -= f
+    for r in range(4):
+        S[17 * r] += noise
+        for c in range(4):
+            S[16 * r + c] -= noise * (S[Q + r] * S[Q + c])
 
 
 @apart

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}, "_nrt": False}
 
 # And without what Python would need to call them, which takes a fifth of the time to compile.
-BARE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_BARE: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 announce: Callable[[str], AbstractContextManager[object]] = nullcontext
 """Called with the name of a kernel that must be compiled, which takes seconds; what it returns is entered meanwhile. For a command line."""
@@ -65,15 +65,15 @@ class Inlined:
         return njit(**self.options)(self.function)
 
     @functools.cached_property
-    def _bare(self) -> Any:
+    def bare(self) -> Any:
+        """numba's function, for calls from other compiled ones and for `compiled.py`."""
         from numba import njit
 
-        return njit(**self.options, **BARE)(self.function)
+        return njit(**self.options, **_BARE)(self.function)
 
     @property
     def _numba_type_(self) -> Any:
-        """The type of numba's function, for calls from other compiled ones."""
-        return self._bare._numba_type_
+        return self.bare._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
         return self.dispatcher(*arguments)
